@@ -10,8 +10,8 @@ class Writer:
     """Coordinates are physical: mm from the switches; `e`: filament pushed since the file began. `self.at` is where the
     nozzle is once the lines so far are carried out, by the very numbers that were written.
 
-    `klipper`: the file speaks Klipper's words, so G90 and G91 leave the filament's mode as it is. Else G90 and G91 set it
-    too, as in Marlin."""
+    `klipper`: the file speaks Klipper's words. G91 then makes the filament's coordinate relative, too, and G90 leaves it as
+    M82 or M83 has it (klippy/extras/gcode_move.py, cmd_G1). Else G90 and G91 set it, as in Marlin."""
 
     def __init__(self, random, klipper, plain=False):
         self.random = random
@@ -35,15 +35,16 @@ class Writer:
 
     # ---- words
 
-    def spelled(self, value, digits):
-        """A number that is meant, as text, and the number that the text stands for."""
+    def spelled(self, value, digits, packed=False):
+        """A number that is meant, as text, and the number that the text stands for. `packed`: the next word follows
+        without a blank, so an exponent would look like the word E."""
         text = "%.*f" % (digits, value)
         value = float(text)
         r = self.random
         if self.plain or r.random() < 0.6:
             return text, value
         form = r.randrange(6)
-        if form == 0 and value != 0:
+        if form == 0 and value != 0 and not packed:
             self.used.add("exponent")
             power = r.choice([-3, -2, -1, 1, 2, 3])
             mantissa = "%.*f" % (digits + max(0, power), value / 10.0**power)
@@ -54,7 +55,7 @@ class Writer:
             return (text[:-1] if text.endswith(".") and r.random() < 0.5 else text), value
         if form == 2 and text.startswith(("0.", "-0.")) and value != 0:
             return text.replace("0.", ".", 1), value
-        if form == 3 and value >= 0:
+        if form == 3 and value >= 0 and not packed:
             return "+" + text, value
         if form == 4 and value >= 0:
             return "0" + text, value
@@ -96,18 +97,18 @@ class Writer:
 
     # ---- moves
 
-    def word(self, axis, physical):
+    def word(self, axis, physical, packed=False):
         """The word for `physical` on an axis (0 to 3), and where that word leads."""
         letter = "XYZE"[axis]
         scale = 25.4 if self.inches else 1.0
         digits = 5 if self.inches else (5 if axis == 3 else 3)
-        absolute = self.absolute_e if axis == 3 else self.absolute
+        absolute = self.absolute_e and (self.absolute or not self.klipper) if axis == 3 else self.absolute
         factor = self.flow if axis == 3 else 1.0
         if absolute:
-            text, value = self.spelled((self.told(axis) + (physical - self.at[axis]) / factor) / scale, digits)
+            text, value = self.spelled((self.told(axis) + (physical - self.at[axis]) / factor) / scale, digits, packed)
             reached = self.at[axis] + (value * scale - self.told(axis)) * factor
         else:
-            text, value = self.spelled((physical - self.at[axis]) / factor / scale, digits)
+            text, value = self.spelled((physical - self.at[axis]) / factor / scale, digits, packed)
             reached = self.at[axis] + value * scale * factor
         return letter + text, reached
 
@@ -164,12 +165,12 @@ class Writer:
         order = [0, 1, 2, 3]
         if not self.plain and self.random.random() < 0.1:
             self.random.shuffle(order)
+        blank = "" if not self.plain and self.random.random() < 0.05 and not self.numbered else " "
         for axis in order:
             if asked[axis] is None:
                 continue
-            text, reached[axis] = self.word(axis, asked[axis])
+            text, reached[axis] = self.word(axis, asked[axis], packed=not blank)
             parts.append(text)
-        blank = "" if not self.plain and self.random.random() < 0.05 and not self.numbered else " "
         self.line(self.code("G", 1 if e is not None or self.random.random() < 0.5 else 0) + blank + blank.join(parts) + feed)
         old = list(self.at)
         for axis in range(4):

@@ -70,7 +70,7 @@ TEST_F(AnalyzerMemory, IsBoundedWhateverAFileIsFullOf) {
 }
 
 TEST_F(AnalyzerMemory, LayersBeyondTheLastAreOfTheLast) {
-    constexpr std::uint32_t kMax = printer::preflight::LayerTracker::kLayersMax;
+    constexpr std::uint32_t kMax = printer::gcode::LayerFinder::kLayersMax;
     static_cast<void>(
         peak_of(1'000'000, [](int i) { return ";LAYER:1\nG1 X" + std::to_string(i % 2 + 1) + "E1\n"; }));
     ASSERT_EQ(analysis_.verdict, spool::Analysis::Verdict::fits) << analysis_.message;
