@@ -258,6 +258,14 @@ constexpr AxisConfig belt_axis(std::uint16_t pin) {
 /// Whose meaning G90 and G91 have for E (printer/gcode/dialect.h).
 enum class Dialect : std::uint8_t { marlin, reprap, klipper };
 
+/// Lines in front of a job that brings no homing or no heating, if a person wants that
+/// (printer/preflight/prologue.h).
+struct StartConfig {
+    FixedString<768> text{};  ///< with `{HOT_END}` and `{BED}` in it; empty: made from the machine's numbers
+    Celsius hot_end{200};     ///< where the slicer's comments do not say
+    Celsius bed{60};
+};
+
 struct MachineConfig {
     FixedString<48> name{"Printrbot Simple Metal"};
     KinematicsConfig kinematics{};
@@ -336,6 +344,7 @@ struct MachineConfig {
     Millimetres filament_diameter{1.75};
     Millimetres nozzle_diameter{0.4};
     FixedVector<Macro, kMacrosMax> macros{};
+    StartConfig start{};
 };
 
 /// Of the filament: mm³ in a millimetre.

@@ -204,6 +204,18 @@ void read_macros(Section& s, MachineConfig& m) {
     });
 }
 
+/// [start]: what homes and heats in front of a job that does not.
+void read_start(Section& s, printer::StartConfig& start) {
+    std::string lines;
+    s.text("gcode", lines);
+    start.text.assign(lines);
+    if (start.text.size() < lines.size())
+        s.fault("gcode",
+                text<std::string>("'gcode' has more than ", decltype(start.text)::kCapacity, " bytes"));
+    s.number("hot_end_celsius", start.hot_end, 0, 400);
+    s.number("bed_celsius", start.bed, 0, 400);
+}
+
 void read_probe(Section& s, printer::ProbeConfig& p) {
     s.require("pin");
     s.integer("pin", p.pin, 0, kLastPin);
@@ -303,6 +315,7 @@ void read_machine(Section& s, MachineConfig& m) {
     s.number("step_cost_s", m.step_cost, 0, 1e-3);
     s.number("filament_diameter_mm", m.filament_diameter, 0.5, 5);
     s.table("macros", [&](Section& macros) { read_macros(macros, m); });
+    s.table("start", [&](Section& start) { read_start(start, m.start); });
     s.number("nozzle_diameter_mm", m.nozzle_diameter, 0.05, 3);
 }
 

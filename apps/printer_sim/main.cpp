@@ -105,6 +105,9 @@ void declare(apps::CommandLine& line, Request& r) {
     line.option("--layer", r.outputs.layer, "With --picture: from above, this layer alone (from 1)");
     line.option("--board", r.print.board_name,
                 "The simulated computer (TOML, docs/board-file.md, [sim]); its costs are reported");
+    line.flag(
+        "--prologue", r.print.prologue,
+        "A job that brings no homing or no heating is homed and heated first ([start] of the machine file)");
     line.option("--steps", r.print.steps_path, "Write every step here: time_ns,axis,direction");
     line.option("--fault", r.faults,
                 "Break something: KIND[:WHERE][@SECONDS], e.g. sensor_stuck:hot_end@120");

@@ -1,6 +1,7 @@
 #include "apps/printer_sim/print_file.h"
 
 #include <fcntl.h>
+#include <sys/mman.h>
 
 #include <algorithm>
 #include <chrono>
@@ -14,6 +15,7 @@
 #include "printer/gcode/content.h"
 #include "printer/link/frame.h"
 #include "printer/preflight/preflight.h"
+#include "printer/preflight/prologue.h"
 #include "spool/feeder.h"
 #include "twin/job.h"
 
@@ -65,8 +67,9 @@ Result<spool::Feeder> open_job(const std::string& path, std::uint64_t id,
     return spool::Feeder{std::move(file), id, std::filesystem::file_size(path)};
 }
 
-/// What the print service asks before it takes a job: does it fit this machine?
-void check(const PrintOptions& options, PrintResult& result) {
+/// What the print service asks before it takes a job: does it fit this machine? Returns the lines
+/// that home and heat first, if those are all that is missing.
+std::string check(const PrintOptions& options, PrintResult& result) {
     // On the heap: findings and parser state are too large for a stack to be taken for granted.
     const auto preflight = std::make_unique<printer::preflight::Preflight>(options.machine);
     const auto estimator = std::make_unique<printer::estimate::Estimator>(options.machine);
@@ -77,11 +80,27 @@ void check(const PrintOptions& options, PrintResult& result) {
     const printer::preflight::Facts& facts = preflight->finish();
     result.estimate = estimator->estimate();
     for (const auto& found : facts.warnings)
-        result.remarks.push_back(text<std::string>("line ", found.line, ": ", found.message));
-    if (facts.accepted()) return;
+        result.remarks.push_back(text<std::string>(
+            found.line > 0 ? text<std::string>("line ", found.line, ": ") : "", found.message));
+    if (facts.accepted()) return {};
     const printer::preflight::Finding& first = facts.errors[0];
     result.refusal = Refusal{first.line, std::string{first.text.view()}, std::string{first.message.view()},
                              std::string{first.advice.view()}};
+    if (!facts.lacks_start()) return {};
+    result.refusal->cure = "Home and heat first: printer-sim --prologue. Or: " + result.refusal->cure;
+    return printer::preflight::prologue_of(options.machine, facts);
+}
+
+/// The same job behind `lines`, as a file in memory, whose path is options.file from then on.
+Result<posix::UniqueFd> put_before(const std::string& lines, PrintOptions& options) {
+    posix::UniqueFd whole{::memfd_create("job", MFD_CLOEXEC)};
+    QDUINO_TRY(posix::write_all(whole.get(), lines, "the job"));
+    twin::FileSource file{options.file};
+    std::array<char, 16 * 1024> bytes;
+    while (const std::size_t count = file.read(bytes))
+        QDUINO_TRY(posix::write_all(whole.get(), std::span{bytes}.first(count), "the job"));
+    options.file = text<std::string>("/proc/self/fd/", whole.get());
+    return whole;
 }
 
 /// A job that pauses by itself (M0, M600) waits for a person: this is the one. Asked twice before
@@ -159,12 +178,21 @@ Result<std::optional<twin::InspectionStart>> print_before(SimPrinter& printer, c
 
 }  // namespace
 
-Result<PrintResult> print_file(const PrintOptions& options) {
+Result<PrintResult> print_file(const PrintOptions& asked) {
+    PrintOptions options = asked;
     const auto wall_start = std::chrono::steady_clock::now();
     const std::uint64_t id = options.before.size() + 1;
     QDUINO_TRY_ASSIGN(spool::Feeder feeder, open_job(options.file, id, options.machine));
     PrintResult result;
-    check(options, result);
+    const std::string lines = check(options, result);
+    posix::UniqueFd whole;
+    if (options.prologue && !lines.empty()) {
+        QDUINO_TRY_ASSIGN(whole, put_before(lines, options));
+        QDUINO_TRY_ASSIGN(feeder, open_job(options.file, options.machine));
+        result = {};
+        static_cast<void>(check(options, result));
+        result.remarks.push_back("the job was homed and heated first (--prologue)");
+    }
     if (result.refusal) return result;
     const std::unique_ptr<link::LinkLayout> memory{new (std::nothrow) link::LinkLayout{}};
     if (!memory) return make_error(ErrorCode::unavailable, "not enough memory for the link (12 MB)");

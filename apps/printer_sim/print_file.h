@@ -65,6 +65,8 @@ struct PrintOptions {
     twin::Machine metal;     ///< what the twin is
     std::string steps_path;  ///< CSV of every step; empty: none
     std::vector<twin::Fault> faults;
+    /// A job that brings no homing or no heating is given both (printer/preflight/prologue.h).
+    bool prologue = false;
     bool heights = false;  ///< watch them: PrintResult::observed
     bool cells = false;    ///< and keep them for a picture
     board::sim::SimConfig computer;

@@ -22,6 +22,8 @@ struct Metadata {
     std::optional<Seconds> estimated;     ///< printing time
     std::optional<Millimetres> filament;  ///< all tools together
     std::optional<Millimetres> nozzle_diameter;
+    std::optional<Celsius> hot_end;  ///< of the first layer, as the slicer's settings say
+    std::optional<Celsius> bed;
     FixedString<64> slicer;    ///< "PrusaSlicer 2.5.0"; printable UTF-8
     FixedString<32> material;  ///< "PLA"
 };

@@ -57,6 +57,7 @@ void Preflight::add_sink(MoveSink& sink) {
 void Preflight::feed(std::span<const char> bytes) {
     look(bytes);
     facts_.bytes += bytes.size();
+    end_.on_bytes(bytes);
     if (!refused_) parser_.feed(bytes, [this](const gcode::Line& line) { on_line(line); });
 }
 
@@ -111,6 +112,8 @@ void Preflight::on_line(const gcode::Line& line) {
         add_error(line.error->message, advice_for(line.error->code, line.error->message));
     } else if (line.command != nullptr) {
         ++facts_.commands;
+        end_.on_command(line.command->letter == 'G' && line.command->number <= 5 &&
+                        line.command->number != 4);
         if (auto done = interpreter_.execute(*line.command); !done) {
             add_error(done.error().message, advice_for(done.error().code, done.error().message));
         }
@@ -127,6 +130,7 @@ Result<void> Preflight::heed(const gcode::Line& line) {
 
 void Preflight::on_comment(const gcode::Line& line) {
     if (thumbnail_.on_comment(line.comment)) return;
+    end_.on_comment(line.comment);
     const gcode::Annotation annotation = gcode::parse_annotation(line.comment);
     if (annotation.kind == gcode::AnnotationKind::none) {
         take_comment(facts_.metadata, line.comment);
@@ -184,6 +188,7 @@ void Preflight::check_homed(const gcode::Move& move) {
                            " moves after its motors went off (M84, M18): nobody knows where it is"),
                       "Home it first (G28), or switch the motors off only at the end.");
         if (let_go_[axis]) continue;
+        ++facts_.start_errors;
         add_error(text(kAxisLetter[axis], " moves before anything has homed it"),
                   "Write G28 into the printer's start G-code in the slicer: the job brings no homing of its "
                   "own.");
@@ -197,10 +202,12 @@ void Preflight::check_extrusion(const gcode::Move& move) {
     if (hot_end_target_ >= minimum_extrude_) {
         if (was_hot) return;
         told_cold_ = true;  // one word of it is enough
+        ++facts_.start_errors;
         add_error(text("filament is moved before anything has waited for the hot end to reach ",
                        Shortest{hot_end_target_.value()}, " °C"),
                   "Wait for it with M109 before this line: the job brings no heating of its own.");
     } else if (!was_hot) {
+        if (hot_end_target_.value() <= 0) ++facts_.start_errors;
         add_error(text("filament is moved while the hot end is set to ", Shortest{hot_end_target_.value()},
                        " °C; it takes ", Shortest{needed}, " °C"),
                   "Heat first: M109 S200, or what the filament needs, before this line. The job brings no "
@@ -318,6 +325,10 @@ void Preflight::emergency_stop() {
               "Remove it from the slicer's custom G-code.");
 }
 
+void Preflight::progress(const gcode::Progress& progress) {
+    if (progress.percent) end_.on_percent(*progress.percent);
+}
+
 void Preflight::note(gcode::NoteKind kind, std::string_view text, const gcode::Source&) {
     if (kind == gcode::NoteKind::echo) return;
     add_warning(text, kind == gcode::NoteKind::unknown_code ? "It will be skipped."
@@ -332,6 +343,18 @@ void Preflight::check_whole() {
     if (facts_.commands == facts_.unknown_codes && facts_.errors_count == 0) {
         add_error("the file holds no command that this printer knows", kSliceAgain);
     }
+    check_end();
+}
+
+void Preflight::check_end() {
+    if (const std::string_view why = end_.why_cut(); !why.empty()) {
+        add_warning(text("the file seems to be cut off: ", why), "Send it again, whole.");
+    }
+    const bool hot = hot_end_target_.value() > 0, bed = bed_target_.value() > 0;
+    if (!hot && !bed) return;
+    add_warning(
+        text("the file ends with the ", hot ? "hot end" : "bed", hot && bed ? " and the bed" : "", " on"),
+        "The printer switches them off, and takes the head out of the part.");
 }
 
 Finding Preflight::finding(std::string_view message, std::string_view advice) const {

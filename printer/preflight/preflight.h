@@ -24,6 +24,7 @@
 #include "printer/gcode/no_actions.h"
 #include "printer/gcode/parser.h"
 #include "printer/preflight/facts.h"
+#include "printer/preflight/file_end.h"
 #include "printer/preflight/layer_tracker.h"
 #include "printer/preflight/move_sink.h"
 
@@ -61,6 +62,7 @@ class Preflight final : private gcode::NoActions {
     Result<void> pause(const gcode::PauseOrder& order) override;
     Result<void> motors_off(gcode::AxisSet axes) override;
     void emergency_stop() override;
+    void progress(const gcode::Progress& progress) override;
     void note(gcode::NoteKind kind, std::string_view text, const gcode::Source& source) override;
 
     void on_line(const gcode::Line& line);
@@ -73,6 +75,7 @@ class Preflight final : private gcode::NoActions {
     void check_step_rate(const gcode::Move& move);
     void check_motor_rate(Axis motor, double rate_hz);
     void check_whole();
+    void check_end();
     void measure_layers(const MoveContext& context);
     void take_target(gcode::Heater heater, Celsius target);
     void add_error(std::string_view message, std::string_view advice);
@@ -86,6 +89,7 @@ class Preflight final : private gcode::NoActions {
     gcode::Interpreter interpreter_;
     ThumbnailReader thumbnail_;
     LayerTracker layers_;
+    FileEnd end_;
     FixedVector<MoveSink*, kSinksMax> sinks_;
     PerAxis<MillimetresPerSecond> speed_max_{};
     Celsius bed_target_{};
