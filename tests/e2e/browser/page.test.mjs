@@ -366,7 +366,7 @@ test('a hundred thousand jobs are listed in pages, found by name and state, and 
   }));
 
 /** What the worker has told of its drawing: {frames, anew, segments, whole}. */
-const drawing = (at) => at('canvas').evaluate(({ dataset }) => ({ frames: Number(dataset.frames ?? 0), anew: Number(dataset.anew ?? 0), segments: Number(dataset.segments ?? 0), whole: dataset.whole === 'true' }));
+const drawing = (at) => at('canvas').evaluate(({ dataset }) => ({ frames: Number(dataset.frames ?? 0), anew: Number(dataset.anew ?? 0), segments: Number(dataset.segments ?? 0), ghost: Number(dataset.ghost ?? 0), whole: dataset.whole === 'true' }));
 const drawnWhole = (at, segments = 1) => until(`a picture of ${segments} segments that is whole`, async () => {
   const now = await drawing(at);
   return now.whole && now.segments >= segments;
@@ -423,6 +423,22 @@ async function settled(page, at, whole = true) {
     return same;
   });
 }
+
+test('the part to come is seen from the first second, pale, and gone where it is laid down', () =>
+  inScene('heating', async ({ mock, at, page }) => {
+    await until('a ghost', async () => {
+      const now = await drawing(at);
+      return now.whole && now.segments === 0 && now.ghost > 500;
+    });
+    const pale = await lookAt(page, at('canvas'));
+    assert.ok(pale.colours > 100, `${pale.colours} colours: nothing is seen`);
+    mock.printer.finish('done');
+    await until('no ghost of a finished part', async () => {
+      const now = await drawing(at);
+      return now.whole && now.segments > 500 && now.ghost === 0;
+    });
+    assert.ok((await lookAt(page, at('canvas'))).warm > 2 * pale.warm);
+  }, { draws: true }));
 
 /** Counts what a page asks its own thread to draw in 3D. */
 const countContexts = (page) => page.addInitScript(() => {

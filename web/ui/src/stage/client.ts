@@ -68,8 +68,8 @@ export class StageClient {
   }
 
   /** For whoever looks from outside, as tests do. */
-  private tellOf({ frames, anew, segments, whole }: Drawn): void {
-    Object.assign(this.canvas.dataset, { frames, anew, segments, whole });
+  private tellOf({ frames, anew, segments, ghost, whole }: Drawn): void {
+    Object.assign(this.canvas.dataset, { frames, anew, segments, ghost, whole });
   }
 
   private size(): Size {

@@ -46,6 +46,8 @@ export interface Drawn {
   anew: number;
   /** Segments that are shown. */
   segments: number;
+  /** Lines of the part that is still to come. */
+  ghost: number;
   /** Nothing is left to be drawn. */
   whole: boolean;
 }

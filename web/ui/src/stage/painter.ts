@@ -68,6 +68,7 @@ const LINES = `#version 300 es
 const LIT = `#version 300 es
   precision highp float;
   uniform vec3 sun;
+  uniform float share; // of the light; the rest is the ground's
   centroid in vec3 normal;
   in vec3 colour;
   out vec4 pixel;
@@ -77,7 +78,7 @@ const LIT = `#version 300 es
   void main() {
     vec3 n = normalize(normal);
     float sky = 0.30 + 0.20 * n.z;
-    pixel = vec4(standard(colour * (sky + 0.58 * max(dot(n, sun), 0.0))), 1.0);
+    pixel = vec4(standard(colour * (sky + 0.58 * max(dot(n, sun), 0.0))), 1.0) * share;
   }`;
 
 const PLAIN = `#version 300 es
@@ -92,6 +93,8 @@ const FLAT = `#version 300 es
 
 const LENGTH = Math.hypot(0.42, -0.62, 0.66);
 const SUN = [0.42 / LENGTH, -0.62 / LENGTH, 0.66 / LENGTH];
+
+const GHOST_SHARE = 0.3;
 
 /** The bar from z = 0 to z = 1 with corners (±1, 0) and (0, ±1). */
 function bar(): { corner: number[]; indices: number[] } {
@@ -162,13 +165,28 @@ export class Painter {
     }
   }
 
-  /** Adds segments to the picture, every `step`-th of them, about. Returns how many. */
-  draw(kind: Kind, ranges: Range[], step: number, matrix: Float32Array, eye: number[]): number {
+  /**
+   * A pale part, as lines, for what is still to come. It hides nothing: what is drawn later stands
+   * in front of it.
+   */
+  ghost(ranges: Range[], step: number, matrix: Float32Array, eye: number[]): number {
+    const { gl } = this;
+    gl.depthMask(false);
+    const drawn = this.draw('lines', ranges, step, matrix, eye, GHOST_SHARE);
+    gl.depthMask(true);
+    return drawn;
+  }
+
+  /**
+   * Adds segments to the picture, every `step`-th of them, about; with `share` of their light.
+   * Returns how many.
+   */
+  draw(kind: Kind, ranges: Range[], step: number, matrix: Float32Array, eye: number[], share = 1): number {
     const { gl } = this;
     const program = this.programs[kind];
     const shape = this.shapes[kind];
     gl.useProgram(program.program);
-    setUniforms(program, { matrix, eye, sun: SUN });
+    setUniforms(program, { matrix, eye, sun: SUN, share });
     let drawn = 0;
     const thin = thinned(ranges, step);
     for (const { first, count } of thin.ranges) {

@@ -16,6 +16,7 @@ import { added, countOf, Extent, packSegments, shownRanges, takeFrom, type Known
 
 const STILL_MS = 150; // after the last turn: then it is drawn in full
 const FLAT_REST_MS = 250;
+const GHOST_MS = 10;
 const INSET = { left: 12, right: 56, top: 52, bottom: 40 };
 const FAR_MM = 8; // beside the part: the nozzle has a width
 
@@ -72,6 +73,8 @@ export class PartView {
   private free_ms = 0;
   private frames = 0;
   private drawnAnew = 0;
+  private ghosts = 0;
+  private pale: Range[] = []; // of the ghost, what is still to be drawn
   readonly features = new Set<number>();
 
   constructor(private readonly surface: Surface, private readonly bed: Box, size: Size, private dark: boolean, private readonly reports: Reports) {
@@ -112,6 +115,7 @@ export class PartView {
   loaded(): void {
     this.box = this.extent.box() ?? this.box;
     if (!this.orbit.held) this.look();
+    else if (this.running) this.again(); // its ghost is known now
   }
 
   show(executed: number, top: number | null, running: boolean): void {
@@ -186,11 +190,12 @@ export class PartView {
     }
     this.shown = now;
     this.waiting.push(...more);
+    if (more.length > 0) this.pale = [];
     if (more.length > 0) this.schedule();
   }
 
   private schedule(): void {
-    if (this.scheduled || !this.seen || this.size.width < 2 || !(this.anew || this.moved || this.waiting.length > 0)) return;
+    if (this.scheduled || !this.seen || this.size.width < 2 || !(this.anew || this.moved || this.waiting.length > 0 || this.pale.length > 0)) return;
     this.scheduled = true;
     const still_ms = this.anew || this.moved ? 0 : this.turned_ms + STILL_MS - performance.now();
     setTimeout(() => {
@@ -209,11 +214,12 @@ export class PartView {
     if (!this.surface.painter) this.drawFlat(matrix);
     else if (this.anew) this.drawAnew(this.surface.painter, matrix);
     else if (this.waiting.length > 0 && !moving) this.drawSlice(this.surface.painter, matrix);
+    else if (this.pale.length > 0 && !moving) this.drawPaleSlice(this.surface.painter, matrix);
     else return;
     this.frames++;
     const took_ms = performance.now() - began_ms;
     this.free_ms = began_ms + took_ms + (this.surface.painter ? rest_ms(took_ms, moving) : FLAT_REST_MS);
-    this.reports.drawn({ frames: this.frames, anew: this.drawnAnew, segments: countOf(this.shown), whole: !this.anew && this.waiting.length === 0 });
+    this.reports.drawn({ frames: this.frames, anew: this.drawnAnew, segments: countOf(this.shown), ghost: this.ghosts, whole: !this.anew && this.waiting.length === 0 });
   }
 
   private drawAnew(painter: Painter, matrix: Float32Array): void {
@@ -224,9 +230,31 @@ export class PartView {
     const { kind, step } = this.pace.atOnce(segments);
     const { width, height } = this.surface.canvas!;
     painter.clear(width, height, matrix, coloursOf(this.dark));
+    this.drawGhost(painter, matrix);
     this.timed(painter, kind, () => painter.draw(kind, this.shown, step, matrix, this.orbit.eye()));
     this.finest = this.pace.finest(segments);
     this.waiting = step === 1 && (kind === 'beads' || this.finest === 'lines') ? [] : this.shown.map((range) => ({ ...range }));
+  }
+
+  /** While it prints: what is still to come, below what is laid down. */
+  private drawGhost(painter: Painter, matrix: Float32Array): void {
+    this.ghosts = 0;
+    this.pale = [];
+    if (!this.running || this.top !== null) return;
+    const first = countOf(shownRanges(this.records, this.executed, null));
+    const count = this.filled - first;
+    if (count <= 0) return;
+    const step = Math.max(1, Math.ceil(count / this.pace.fits('lines', GHOST_MS)));
+    this.timed(painter, 'lines', () => (this.ghosts = painter.ghost([{ first, count }], step, matrix, this.orbit.eye())));
+    // The rest of its lines comes slice by slice, as long as nothing is laid down that they would
+    // cover.
+    if (step > 1 && first === 0) this.pale = [{ first, count }];
+  }
+
+  private drawPaleSlice(painter: Painter, matrix: Float32Array): void {
+    const slice = takeFrom(this.pale, this.pace.fits('lines', FRAME_MS));
+    this.timed(painter, 'lines', () => painter.ghost(slice, 1, matrix, this.orbit.eye()));
+    this.ghosts = Math.max(this.ghosts, this.filled - countOf(this.pale));
   }
 
   private drawSlice(painter: Painter, matrix: Float32Array): void {
