@@ -9,8 +9,8 @@ namespace {
 
 constexpr double kTurn = 2 * std::numbers::pi;
 constexpr double kSameAngle = 1e-9;
-/// A nanometre: less is what is left of the file's decimal numbers when they have been added.
-constexpr double kRoundingMm = 1e-6;
+/// Half of the last decimal that files have: less, on either axis, is rounding, and no arc.
+constexpr double kRoundingMm = 0.000'5;
 constexpr int kChordsMax = 1'000'000;
 
 struct PlaneAxes {
@@ -71,7 +71,8 @@ void AskedCurve::sweep_to(double end_angle, bool clockwise, int turns) {
     double sweep = way * (end_angle - start_angle_);
     if (sweep < -kSameAngle) sweep += kTurn;
     if (std::abs(sweep) < kSameAngle || std::abs(sweep - kTurn) < kSameAngle) sweep = 0;
-    const bool whole = std::hypot(to_[a_] - from_[a_], to_[b_] - from_[b_]) < kRoundingMm;
+    const bool whole =
+        std::max(std::abs(to_[a_] - from_[a_]), std::abs(to_[b_] - from_[b_])) <= kRoundingMm;
     if (whole) sweep = 0;
     if (whole && turns == 0) sweep = kTurn;  // back to the start: a whole turn
     sweep_ = way * (sweep + kTurn * turns);

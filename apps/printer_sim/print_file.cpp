@@ -188,7 +188,7 @@ Result<PrintResult> print_file(const PrintOptions& asked) {
     posix::UniqueFd whole;
     if (options.prologue && !lines.empty()) {
         QDUINO_TRY_ASSIGN(whole, put_before(lines, options));
-        QDUINO_TRY_ASSIGN(feeder, open_job(options.file, options.machine));
+        QDUINO_TRY_ASSIGN(feeder, open_job(options.file, id, options.machine));
         result = {};
         static_cast<void>(check(options, result));
         result.remarks.push_back("the job was homed and heated first (--prologue)");

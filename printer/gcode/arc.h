@@ -30,10 +30,11 @@ inline constexpr double kArcToleranceMm = 0.005;
 /// The ends may differ this much in their distance from the centre; three decimals of a slicer give
 /// 0.002.
 inline constexpr double kArcRadiusMismatchMm = 0.05;
-/// Ends that are no further apart are one point: what rounding makes of sums of relative moves and
-/// of coordinates behind a G92. Marlin's limit for a whole circle (its G2 and G3, NEAR); grbl takes
-/// 5e-7 radians, RS274/NGC (section 3.5.3) the same numbers as the same point.
-inline constexpr double kSamePlaceMm = 1e-6;
+/// Ends that are no further apart on either axis are one point: half of the third decimal, which is
+/// what a file's rounding makes of a place that was reached in other steps, behind a G92 or in
+/// inches. No file means an arc that short. RS274/NGC (section 3.5.3) takes the same numbers as the
+/// same point; Marlin's limit is 1e-6 mm (its G2 and G3, NEAR), grbl's 5e-7 radians.
+inline constexpr double kSamePlaceMm = 0.000'5;
 inline constexpr double kArcRadiusMaxMm = 100'000;
 inline constexpr std::uint32_t kArcTurnsMax = 20;
 

@@ -292,5 +292,5 @@ def job_before(random):
     """A job that leaves as much behind as a file can."""
     lines = ["G28", "M109 S205", "G1 Z5 F240", "G1 X20 Y20 F3000"]
     lines += random.sample(LEAVINGS, random.randrange(1, 6))
-    lines += ["G90", "G1 X21 Y21 F600"] if random.random() < 0.5 else []
+    lines += ["G90", "G21", "G1 X21 Y21 F600"] if random.random() < 0.5 else []
     return "\n".join(lines + ["M104 S205", ""])

@@ -40,6 +40,8 @@ class Writer:
         without a blank, so an exponent would look like the word E."""
         text = "%.*f" % (digits, value)
         value = float(text)
+        if value == 0:
+            text = text.lstrip("-")
         r = self.random
         if self.plain or r.random() < 0.6:
             return text, value
@@ -57,7 +59,7 @@ class Writer:
             return text.replace("0.", ".", 1), value
         if form == 3 and value >= 0 and not packed:
             return "+" + text, value
-        if form == 4 and value >= 0:
+        if form == 4 and not text.startswith("-"):
             return "0" + text, value
         return text, value
 
@@ -130,12 +132,12 @@ class Writer:
             self.shift[3] += words - (reached - self.at[3])
         self.at[axis] = reached
 
-    def feed(self, speed):
+    def feed(self, speed, packed=False):
         """The word F for mm/s, or nothing where it is in force; sometimes on a line of its own."""
         if self.speed is not None and abs(self.speed - speed) < 1e-9 and self.random.random() < 0.7:
             return ""
         digits = 4 if self.inches else 1
-        text, value = self.spelled(speed / self.pace * 60 / (25.4 if self.inches else 1), digits)
+        text, value = self.spelled(speed / self.pace * 60 / (25.4 if self.inches else 1), digits, packed)
         self.speed = value * self.pace / 60 * (25.4 if self.inches else 1)
         if not self.plain and self.random.random() < 0.08:
             self.used.add("speed alone")
@@ -159,13 +161,13 @@ class Writer:
 
     def move(self, speed, x=None, y=None, z=None, e=None, words=None):
         """A straight line. `words`: more of the axes to name, though they stay."""
-        feed = self.feed(speed)
+        blank = "" if not self.plain and self.random.random() < 0.05 and not self.numbered else " "
+        feed = self.feed(speed, packed=not blank)
         asked = [x, y, z, None if e is None else self.at[3] + e]
         parts, reached = [], list(self.at)
         order = [0, 1, 2, 3]
         if not self.plain and self.random.random() < 0.1:
             self.random.shuffle(order)
-        blank = "" if not self.plain and self.random.random() < 0.05 and not self.numbered else " "
         for axis in order:
             if asked[axis] is None:
                 continue

@@ -40,7 +40,7 @@ A number may have an exponent (`F1.2e+3`, `E8.5e-05`): an `E` behind a digit, wi
   `dialect` in the [machine file](machine.md) says it for every job.
 - `G28 O` homes nothing once the job itself has homed X, Y and Z, and they have not been let go since (`M84`).
 - `G92` without axes calls the present place 0 on all of them, and `G92 E` is `G92 E0`, as in Klipper and Marlin 1. (Marlin 2 passes both over.)
-- Arcs and splines become chords within 0.005 mm of the true curve. An arc with I, J or K whose ends are within a nanometre is a whole circle.
+- Arcs and splines become chords within 0.005 mm of the true curve. An arc with I, J or K whose ends are within 0.0005 mm is a whole circle.
 - `M92` calibrates E by up to 25 %; X, Y and Z must be what the machine file says.
 - An object that is left out (`M486 P`, `EXCLUDE_OBJECT`, in the job or typed beside it) moves nothing: the head waits where it was
   until a line behind the object goes sideways, and then goes up, sideways and down to that place. What has been read already is still printed: two seconds of it, or the line in hand.
