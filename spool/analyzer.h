@@ -25,6 +25,8 @@ struct Analysis {
     double estimated_s = 0;   ///< 0: unknown
     std::string layers_json;  ///< array of layers in the packed file; empty: none were packed
     std::string thumbnail;    ///< PNG bytes; empty: none
+    /// Of a violation: lines that would make it fit, put in front of it; empty: there are none.
+    std::string prologue;
 };
 
 class Analyzer {

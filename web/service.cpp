@@ -1,5 +1,8 @@
 #include "web/service.h"
 
+#include <algorithm>
+#include <initializer_list>
+
 #include "base/whole_number.h"
 #include "web/api/json.h"
 
@@ -17,10 +20,15 @@ Response foreign_page() {
     return error_response(403, "not_permitted", "this request comes from a page of another site");
 }
 
-bool is_true(std::string_view text) { return text == "true" || text == "1" || text == "yes" || text == "?1"; }
-bool is_false(std::string_view text) {
-    return text == "false" || text == "0" || text == "no" || text == "?0";
+/// OctoPrint's words, in any case (its valid_boolean_trues), and HTTP's structured `?1`.
+bool is_one_of(std::string_view text, std::initializer_list<std::string_view> words) {
+    std::string lower;
+    for (const char c : text.substr(0, 8))
+        lower += c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+    return text.size() <= 8 && std::ranges::find(words, lower) != words.end();
 }
+bool is_true(std::string_view text) { return is_one_of(text, {"true", "1", "yes", "y", "on", "?1"}); }
+bool is_false(std::string_view text) { return is_one_of(text, {"false", "0", "no", "n", "off", "?0"}); }
 
 /// An absent field leaves `value`; a field that is no whole number is an error.
 bool read_number(const std::string& text, int& value) {
@@ -34,6 +42,11 @@ bool read_number(const std::string& text, int& value) {
 Result<spool::NewJob> wanted_by(const Upload& upload) {
     spool::NewJob wanted;
     wanted.name = upload.name();
+    for (const char* name : {"print", "hold", "prologue"}) {
+        const std::string& said = upload.field(name);
+        if (!said.empty() && !is_true(said) && !is_false(said))
+            return make_error(ErrorCode::invalid_argument, name, " must be true or false");
+    }
     wanted.hold = !is_true(upload.field("print"));
     if (is_true(upload.field("hold"))) wanted.hold = true;
     if (is_false(upload.field("hold"))) wanted.hold = false;
@@ -53,6 +66,7 @@ Response violation(const spool::Analysis& analysis) {
     const bool foreign = analysis.verdict == spool::Analysis::Verdict::not_gcode;
     Json error{{"code", foreign ? "unsupported" : "out_of_range"}, {"message", analysis.message}};
     if (analysis.line > 0) error["line"] = analysis.line;
+    if (!analysis.prologue.empty()) error["offer"] = {{"prologue", analysis.prologue}};
     return api::json_response({{"error", std::move(error)}}, foreign ? 415 : 422);
 }
 
@@ -256,6 +270,15 @@ void Service::end_upload(std::shared_ptr<Upload> upload, std::shared_ptr<const R
 void Service::analyze(std::shared_ptr<Upload> upload, std::shared_ptr<const Request> request, Moment moment,
                       Reply reply) {
     Result<spool::Analysis> analysis = analyzer_.analyze(upload->file().path(), upload->file().layers_path());
+    const std::string said = upload->field("prologue");
+    const bool wanted = is_true(said) || (options_.prologue && !is_false(said));
+    if (wanted && analysis.ok() && !analysis->prologue.empty()) {
+        if (const Result<void> put = upload->put_before(analysis->prologue); !put.ok()) {
+            upload->discard();
+            return send(reply, refused_upload(put.error()));
+        }
+        analysis = analyzer_.analyze(upload->file().path(), upload->file().layers_path());
+    }
     if (!analysis.ok() || analysis->verdict != spool::Analysis::Verdict::fits) {
         upload->discard();
         return send(reply, analysis.ok() ? violation(*analysis) : refused_upload(analysis.error()));

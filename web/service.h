@@ -66,6 +66,8 @@ struct ServiceOptions {
     HostPolicy hosts;
     std::size_t uploads_max = 32;  ///< under way at once
     Proxies proxies{};
+    /// What brings neither homing nor heating is homed and heated first, also where nobody asks.
+    bool prologue = false;
 };
 
 class Service {

@@ -1,5 +1,11 @@
 #include "web/upload.h"
 
+#include <fcntl.h>
+
+#include <vector>
+
+#include "posix/small_file.h"
+#include "posix/unique_fd.h"
 #include "spool/queue.h"
 
 namespace qduino::web {
@@ -79,6 +85,21 @@ Result<void> Upload::finish() {
         return make_error(ErrorCode::corrupt,
                           "the bytes have another SHA-256 than was declared; send them again");
     }
+    return {};
+}
+
+Result<void> Upload::put_before(const std::string& lines) {
+    QDUINO_TRY_ASSIGN(std::unique_ptr<spool::StagedFile> whole, blobs_.stage());
+    QDUINO_TRY(whole->write(lines));
+    const posix::UniqueFd received{::open(file_->path().c_str(), O_RDONLY | O_CLOEXEC)};
+    std::vector<char> bytes(64 * 1024);
+    for (;;) {
+        QDUINO_TRY_ASSIGN(const std::size_t count, posix::read_some(received.get(), bytes, "the upload"));
+        if (count == 0) break;
+        QDUINO_TRY(whole->write(std::span{bytes}.first(count)));
+    }
+    QDUINO_TRY(whole->seal());
+    file_ = std::move(whole);
     return {};
 }
 

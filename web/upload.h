@@ -32,6 +32,8 @@ class Upload {
     /// corrupt (another SHA-256 than declared).
     [[nodiscard]] Result<void> finish();
 
+    /// The file is from now on `lines` and what was received. After finish(). Errors: as take().
+    [[nodiscard]] Result<void> put_before(const std::string& lines);
     /// Removes what was received. Call it before a refusal is answered: a client that reads the
     /// answer then finds nothing left behind.
     void discard() { file_.reset(); }

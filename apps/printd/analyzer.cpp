@@ -17,6 +17,7 @@
 #include "printer/gcode/parser.h"
 #include "printer/preflight/layer_packer.h"
 #include "printer/preflight/preflight.h"
+#include "printer/preflight/prologue.h"
 #include "spool/file_error.h"
 
 namespace qduino::printd {
@@ -76,13 +77,14 @@ class LayerFile final : public printer::preflight::LayerSink {
     bool failed_ = false;
 };
 
-spool::Analysis refusal(const Facts& facts) {
+spool::Analysis refusal(const Facts& facts, const printer::MachineConfig& machine) {
     spool::Analysis analysis;
     const bool is_gcode = facts.content == printer::gcode::Content::gcode;
     analysis.verdict = is_gcode ? spool::Analysis::Verdict::violation : spool::Analysis::Verdict::not_gcode;
     const Finding& first = facts.errors[0];
     analysis.message = apps::sentence_of(first);
     analysis.line = first.line;
+    if (facts.lacks_start()) analysis.prologue = printer::preflight::prologue_of(machine, facts);
     return analysis;
 }
 
@@ -109,7 +111,7 @@ Result<spool::Analysis> PreflightAnalyzer::analyze(const std::filesystem::path& 
         preflight->feed({bytes.data(), *count});
     }
     const Facts& facts = preflight->finish();
-    if (!facts.accepted() && !facts.errors.empty()) return refusal(facts);
+    if (!facts.accepted() && !facts.errors.empty()) return refusal(facts, machine);
     if (packed.failed()) return spool::file_error("write", "packed layers", ENOSPC);
     spool::Analysis analysis;
     const Estimate& estimate = estimator->estimate();

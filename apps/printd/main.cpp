@@ -329,11 +329,11 @@ Result<void> serve(const printd::Options& options, const printer::MachineConfig&
     std::unique_ptr<web::Publisher> publisher;
     std::unique_ptr<printd::SerialHost> serial_host;
     web::Threads threads;
-    service = std::make_unique<web::Service>(web::ServiceOptions{web::HostPolicy{allowed_hosts(options)}, 32,
-                                                                 web::Proxies{options.trusted_proxies}},
-                                             std::move(context),
-                                             web::Authenticator{ground.key, std::move(sessions)},
-                                             std::move(files), analyzer, threads.executors());
+    service = std::make_unique<web::Service>(
+        web::ServiceOptions{web::HostPolicy{allowed_hosts(options)}, 32, web::Proxies{options.trusted_proxies},
+                            options.prologue},
+        std::move(context), web::Authenticator{ground.key, std::move(sessions)}, std::move(files), analyzer,
+        threads.executors());
     publisher = std::make_unique<web::Publisher>(*spool, *service, threads.executors().io,
                                                  [](const std::string& line) { spdlog::info("{}", line); });
     web::ServerOptions server_options;

@@ -37,6 +37,8 @@ void declare_service_options(apps::CommandLine& line, ServiceOptions& options) {
         .shows_default();
     line.flag("!--no-confirm-bed", options.confirm_bed,
               "start the next copy without asking whether the bed is clear (for an ejector)");
+    line.flag("--prologue", options.prologue,
+              "home and heat first, by [start] of the machine file, where an upload brings neither");
     line.option("--keep-jobs", options.keep_jobs, "ended jobs kept, with their files; 0: all")
         .called("N")
         .shows_default()
@@ -72,6 +74,7 @@ std::vector<std::string> words_of(const ServiceOptions& options) {
     add("--upload-limit-mib", number(options.upload_max_mib));
     add("--after-failure", options.after_failure);
     if (!options.confirm_bed) words.emplace_back("--no-confirm-bed");
+    if (options.prologue) words.emplace_back("--prologue");
     add("--keep-jobs", number(options.keep_jobs));
     add("--keep-days", number(options.keep_days));
     add("--store-limit-mib", number(options.store_max_mib));

@@ -20,6 +20,7 @@ struct ServiceOptions {
     std::uint64_t upload_max_mib = 2048;
     std::string after_failure = "hold";  ///< or "continue"
     bool confirm_bed = true;
+    bool prologue = false;             ///< home and heat first what brings neither
     std::int64_t keep_jobs = 100'000;  ///< ended ones; 0: all
     std::int64_t keep_days = 0;        ///< 0: for ever
     std::uint64_t store_max_mib = 0;   ///< 0: as much as the disk has

@@ -16,7 +16,7 @@ Response version(Context& context, const Call&) {
     return json_response({{"api", "0.1"},
                           {"server", context.version},
                           {"text", "OctoPrint (QduinoMC " + context.version + ")"},
-                          {"nozzle_diameter", 0.4},
+                          {"nozzle_diameter", context.machine.nozzle_diameter.value()},
                           {"capabilities", {{"upload-by-put", true}}}});
 }
 

@@ -41,9 +41,9 @@ Json storage_object() {
 Response info(Context& context, const Call&) {
     return json_response({{"name", context.machine.name.view()},
                           {"hostname", "qduinomc"},
-                          {"nozzle_diameter", 0.4},
+                          {"nozzle_diameter", context.machine.nozzle_diameter.value()},
                           {"mmu", false},
-                          {"min_extrusion_temp", 170},
+                          {"min_extrusion_temp", context.machine.minimum_extrude.value()},
                           {"sd_ready", false},
                           {"active_camera", false}});
 }

@@ -33,6 +33,39 @@ TEST_F(SlicerApiTest, OctoPrintUpload) {
     EXPECT_TRUE(spool_->queue().find(2)->hold);
 }
 
+TEST_F(SlicerApiTest, BooleansAreTakenInAnyCaseAndNothingElseIs) {
+    spool::JobId id = 0;
+    for (const char* yes : {"true", "True", "TRUE", "yes", "Y", "on", "1"}) {
+        ASSERT_EQ(upload("a", "G28\n", {{"print", yes}}, "/api/files/local").status, 201) << yes;
+        EXPECT_FALSE(spool_->queue().find(++id)->hold) << yes;
+    }
+    for (const char* no : {"false", "False", "no", "N", "Off", "0", ""}) {
+        ASSERT_EQ(upload("a", "G28\n", {{"print", no}}, "/api/files/local").status, 201) << no;
+        EXPECT_TRUE(spool_->queue().find(++id)->hold) << no;
+    }
+    EXPECT_EQ(upload("a", "G28\n", {{"print", "perhaps"}}, "/api/files/local").status, 400);
+}
+
+TEST_F(SlicerApiTest, AJobWithoutAStartIsOfferedOneAndTakenWithIt) {
+    const Answer refused = upload("a", "unhomed\nG1 X1\n", {{"print", "true"}});
+    ASSERT_EQ(refused.status, 422);
+    EXPECT_EQ(refused.json()["error"]["offer"]["prologue"], "homes\n");
+    EXPECT_FALSE(upload("a", "bad\n").json()["error"].contains("offer"));
+    ASSERT_EQ(upload("a", "unhomed\nG1 X1\n", {{"print", "true"}, {"prologue", "True"}}).status, 201);
+    EXPECT_EQ(request("GET /api/v1/jobs/1/file").body, "homes\nunhomed\nG1 X1\n");
+    EXPECT_EQ(upload("a", "bad\n", {{"prologue", "true"}}).status, 422);
+    // Where nothing is missing nothing is added.
+    ASSERT_EQ(upload("b", "G28\n", {{"prologue", "true"}}).status, 201);
+    EXPECT_EQ(request("GET /api/v1/jobs/2/file").body, "G28\n");
+}
+
+TEST_F(SlicerApiTest, TheMachineFilesNumbersAreTold) {
+    EXPECT_EQ(request("GET /api/version").json()["nozzle_diameter"], 0.6);
+    const auto info = request("GET /api/v1/info").json();
+    EXPECT_EQ(info["nozzle_diameter"], 0.6);
+    EXPECT_EQ(info["min_extrusion_temp"], 180.0);
+}
+
 TEST_F(SlicerApiTest, PrusaLinkUploadByPut) {
     const Answer answer = request("PUT /api/v1/files/local/part%20%C3%BC.gcode", "G28\n",
                                   "Overwrite: ?1\r\nPrint-After-Upload: ?1\r\n");

@@ -27,10 +27,12 @@ class TestAnalyzer final : public spool::Analyzer {
                 analysis.message = "This is no G-code.";
                 return analysis;
             }
-            if (!line.starts_with("bad")) continue;
+            if (line.starts_with("homes")) return analysis;
+            if (!line.starts_with("bad") && !line.starts_with("unhomed")) continue;
             analysis.verdict = spool::Analysis::Verdict::violation;
-            analysis.message = "too hot";
+            analysis.message = line.starts_with("bad") ? "too hot" : "nothing has homed it";
             analysis.line = number;
+            if (line.starts_with("unhomed")) analysis.prologue = "homes\n";
             return analysis;
         }
         std::ofstream{layers} << "AAABBBBB";
@@ -80,6 +82,8 @@ class WebTest : public spool::SpoolTest {
         open_spool();
         printer::MachineConfig machine;
         machine.name.assign("Test printer");
+        machine.nozzle_diameter = Millimetres{0.6};
+        machine.minimum_extrude = Celsius{180};
         api::Context context{*spool_, machine, R"({"name":"Test printer"})", "1", {}};
         const auto at_once = [this](Task task) { run_in_order(std::move(task)); };
         service_ = std::make_unique<Service>(

@@ -17,6 +17,8 @@ export interface Upload {
   /** Bytes in a second over the last seconds; null: not known yet. */
   rate: number | null;
   error: string | null;
+  /** The file is still at hand, and would be taken with homing and heating in front. */
+  offer?: boolean;
 }
 
 export interface ConsoleLine {

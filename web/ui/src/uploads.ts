@@ -41,20 +41,28 @@ export function stallOf(phase: Upload['phase'], samples: Sample[], now_ms: numbe
     : `Nothing of it has moved for ${format.duration(STALLED_MS / 1000)}: nothing was queued. Choose the file again.`;
 }
 
-const files = new Map<number, { file: File; print: boolean }>();
+interface Chosen {
+  file: File;
+  print: boolean;
+  /** Home and heat first, where the file does neither. */
+  prologue?: boolean;
+}
+
+const files = new Map<number, Chosen>();
 let sending: { key: number; abort: () => void } | null = null;
 
 const change = (key: number, part: Partial<Upload>): void =>
   store.update((s) => ({ ...s, uploads: s.uploads.map((one) => (one.key === key ? { ...one, ...part } : one)) }));
 
 export function dismissUpload(key: number): void {
+  files.delete(key);
   store.update((s) => ({ ...s, uploads: s.uploads.filter((one) => one.key !== key) }));
 }
 
 /** Ends as `phase`: good news leaves by itself. */
-function end(key: number, phase: 'queued' | 'cancelled' | 'refused', error: string | null = null): void {
-  files.delete(key);
-  change(key, { phase, error });
+function end(key: number, phase: 'queued' | 'cancelled' | 'refused', error: string | null = null, offer = false): void {
+  if (!offer) files.delete(key);
+  change(key, { phase, error, offer });
   if (phase !== 'refused') setTimeout(() => dismissUpload(key), DONE_SHOWN_MS);
 }
 
@@ -66,6 +74,24 @@ export function addUploads(chosen: File[], print: boolean): void {
   });
   store.update((s) => ({ ...s, uploads: [...s.uploads, ...added] }));
   void sendNext();
+}
+
+/** Sends a refused file again, with homing and heating in front of it. */
+export function homeAndHeatFirst(key: number): void {
+  const chosen = files.get(key);
+  if (!chosen) return;
+  files.set(key, { ...chosen, prologue: true });
+  change(key, { phase: 'waiting', sent: 0, rate: null, error: null, offer: false });
+  void sendNext();
+}
+
+/** The service says that homing and heating are all that is missing. */
+function offersPrologue(body: string): boolean {
+  try {
+    return typeof JSON.parse(body).error.offer?.prologue === 'string';
+  } catch {
+    return false;
+  }
 }
 
 /**
@@ -86,7 +112,7 @@ async function sendNext(): Promise<void> {
   void sendNext();
 }
 
-function send(key: number, { file, print }: { file: File; print: boolean }): Promise<void> {
+function send(key: number, { file, print, prologue }: Chosen): Promise<void> {
   const samples: Sample[] = [{ at_ms: performance.now(), sent: 0 }];
   const note = (sent: number) => {
     const now_ms = performance.now();
@@ -96,6 +122,7 @@ function send(key: number, { file, print }: { file: File; print: boolean }): Pro
   return new Promise((resolve) => {
     const form = new FormData();
     form.append('print', print ? 'true' : 'false');
+    if (prologue) form.append('prologue', 'true');
     form.append('file', file, file.name);
     const xhr = new XMLHttpRequest();
     let phase: Upload['phase'] = 'sending';
@@ -107,9 +134,9 @@ function send(key: number, { file, print }: { file: File; print: boolean }): Pro
       xhr.onabort = null;
       xhr.abort();
     }, 1000);
-    const over = (phase: 'queued' | 'cancelled' | 'refused', error: string | null = null) => {
+    const over = (phase: 'queued' | 'cancelled' | 'refused', error: string | null = null, offer = false) => {
       clearInterval(pulse);
-      end(key, phase, error);
+      end(key, phase, error, offer);
       resolve();
     };
     sending = { key, abort: () => xhr.abort() };
@@ -125,7 +152,7 @@ function send(key: number, { file, print }: { file: File; print: boolean }): Pro
     xhr.onload = () => {
       if (xhr.status === 201) return over('queued');
       if (xhr.status === 401) store.set({ signedIn: false });
-      over('refused', sentenceOf(xhr.responseText, `${xhr.status} ${xhr.statusText}`));
+      over('refused', sentenceOf(xhr.responseText, `${xhr.status} ${xhr.statusText}`), offersPrologue(xhr.responseText));
     };
     xhr.send(form);
   });

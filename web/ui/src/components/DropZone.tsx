@@ -2,7 +2,7 @@ import { useEffect, useRef, useState } from 'preact/hooks';
 import * as format from '../format';
 import { useStore } from '../hooks';
 import type { Upload } from '../store';
-import { addUploads, cancelUpload, dismissUpload } from '../uploads';
+import { addUploads, cancelUpload, dismissUpload, homeAndHeatFirst } from '../uploads';
 import { Icon } from './Icon';
 import { Name } from './Name';
 
@@ -62,6 +62,7 @@ function UploadRow({ one, ahead }: { one: Upload; ahead: number }) {
           <button class="quiet" aria-label={`Dismiss ${format.visible(one.name)}`} onClick={() => dismissUpload(one.key)}><Icon name="cross" /></button>
         </div>
         <p class="error" role="alert"><strong>Not queued.</strong> <Name>{one.error ?? ''}</Name></p>
+        {one.offer && <button data-testid="home-and-heat" onClick={() => homeAndHeatFirst(one.key)}>Home and heat first</button>}
       </li>
     );
   }
