@@ -424,6 +424,31 @@ void Inspector::come_back(std::size_t which) {
     counted_ = false;
 }
 
+// The head has left the path at the last rest, and does not come back: a machine takes it out of the
+// part when the job is over. Where it went is no part of the print, if the path ends there.
+void Inspector::take_leave() {
+    const bool left =
+        !homing_.active() && !probing_.active && !remembered_.empty() && !is_clean_since(remembered_.back());
+    if (!left) return;
+    const Inspector before = *this;
+    position_ = remembered_.back().position;
+    come_back(remembered_.size() - 1);
+    if (pass_rest()) return;
+    // It does not: the comparison stands as it did, but for what has been read of the file meanwhile.
+    const auto read = static_cast<std::ptrdiff_t>(pieces_read_ - before.pieces_read_);
+    pieces_ = before.pieces_;
+    pieces_.insert(pieces_.end(), read_since_.end() - read, read_since_.end());
+    so_far_ = before.so_far_;
+    position_ = before.position_;
+    origin_ = before.origin_;
+    pushed_away_ = before.pushed_away_;
+    passed_ = before.passed_;
+    remembered_ = before.remembered_;
+    place_ = before.place_;
+    away_ = before.away_;
+    counted_ = before.counted_;
+}
+
 // At rest beside the place where it left: keeps the distance for the report.
 void Inspector::note_near_miss() {
     std::array<std::int64_t, kSlideCount> beside{};
@@ -755,6 +780,7 @@ Findings Inspector::finish(Instant now, bool read_rest) {
     if (homing_.active()) end_homing(homing_.settle(now, 0));
     if (probing_.active && has_probed(now)) end_probing();
     if (!remembered_.empty() && !is_clean_since(remembered_.back())) rest();
+    take_leave();
     if (!counted_) ++so_far_.findings.excursions;
     so_far_.findings.away = away_;
     so_far_.findings.left_line = remembered_.empty() ? 0 : remembered_.back().pieces.front().line;

@@ -308,6 +308,7 @@ class Inspector {
     void rest();
     void remember();
     void come_back(std::size_t which);
+    void take_leave();
     void forget_oldest();
     void note_near_miss();
     void goes_on();

@@ -15,6 +15,9 @@ namespace {
 /// how far it is (step/stepper_loop.h).
 constexpr double kHandOver_s = 0.002 + 0.010 / 2;
 
+/// machine/parking.h: it rests before it leaves.
+constexpr double kRestBeforeLeave_s = 0.1;
+
 /// Markers: the machine has one behind each move, which tells how far the job is done.
 constexpr std::uint32_t kProgress = 0, kTarget = 1;
 
@@ -54,6 +57,7 @@ void Estimator::on_move(const gcode::Move& move, const preflight::MoveContext& c
     make_room();
     layer_ = context.layer.index;
     end_offset_ = move.source.end_offset;
+    printed_.include(move);
     const std::size_t before = planner_.size();
     const bool fits = planner_.append({{move.to[0].value(), move.to[1].value(), move.to[2].value()},
                                        (move.to[Axis::e] - move.from[Axis::e]).value(),
@@ -106,8 +110,32 @@ void Estimator::on_motors_off() {
     wait_for_release(Activity::dwell);
 }
 
+/// As machine/parking.cpp takes the head out of the part, where the job does not.
+void Estimator::take_leave() {
+    motion::AxisVector at = planner_.position_mm();
+    const auto is_homed = [this](Axis axis) { return !expected_mm_[axis]; };
+    const bool leaves = machine_.park.enabled && printed_.holds(at) &&
+                        std::ranges::all_of(gcode::kToolAxes, is_homed) &&
+                        machine_.kinematics.type != KinematicsType::delta;
+    if (!leaves) return;
+    const auto inside = [&](double mm, Axis axis) {
+        return std::clamp(mm, machine_.axes[axis].minimum.value(), machine_.axes[axis].maximum.value());
+    };
+    at[2] = std::max(at[2], inside(at[2] + machine_.park.z_hop.value(), Axis::z));
+    bool fits = planner_.append_to(at, machine_.axes[Axis::z].max_speed.value(), accelerations_.travel);
+    at[0] = inside(machine_.park.x.value(), Axis::x);
+    at[1] = inside(machine_.park.y.value(), Axis::y);
+    fits = planner_.append_to(at, machine_.park.speed.value(), accelerations_.travel) && fits;
+    QDUINO_EXPECT(fits);
+    planner_.flush();
+    for (motion::Segment segment; planner_.next(segment);)
+        spend(Activity::travel, segment.shape.duration_s());
+    spend(Activity::dwell, filters_.before_s + filters_.behind_s + kRestBeforeLeave_s);
+}
+
 void Estimator::on_end(std::uint64_t) {
     come_to_rest();
+    take_leave();
     // A job that waited for its last action ends in the release that saw it done.
     if (estimate_.total_s != released_s_) wait_for_release(Activity::dwell);
 }

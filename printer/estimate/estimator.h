@@ -33,6 +33,7 @@
 #include "printer/machine/homing.h"
 #include "printer/machine/limits.h"
 #include "printer/machine/motion_pipe.h"
+#include "printer/machine/printed_box.h"
 #include "printer/motion/planner.h"
 #include "printer/preflight/move_sink.h"
 #include "printer/probe_grid.h"
@@ -114,6 +115,7 @@ class Estimator final : public preflight::MoveSink {
     void take_final();
     void take(const motion::Segment& segment);
     void come_to_rest();
+    void take_leave();
     void spend(Activity activity, double duration_s);
     void wait_for_release(Activity activity);
     [[nodiscard]] double duration_of(const machine::Homing::Order& order, double from_switch_mm);
@@ -131,6 +133,7 @@ class Estimator final : public preflight::MoveSink {
     std::uint64_t taken_ = 0;
     /// Of an axis that has not been homed: its place as expected, less the believed one.
     PerAxis<std::optional<double>> expected_mm_{};
+    machine::PrintedBox printed_;
     std::uint32_t layer_ = 0;
     std::uint64_t end_offset_ = 0;
     FilterTimes filters_{};

@@ -47,6 +47,7 @@ Result<void> JobActions::move(const gcode::Move& move) {
         if (move.kind == gcode::MoveKind::print && filament_mm > 0)
             layers.on_extrusion(move.to[Axis::z].value());
         whole.done.progress = {move.source.end_offset, move.source.line, layers.layers()};
+        printed_.include(move);
     }
     rest_ = whole;
     if (parts_.pipe.planner().nominal_s(as_move(whole)) <= kWhole_s) finish_rest();

@@ -104,9 +104,31 @@ void Machine::plan(Instant now) {
                         pipe_.drained() && places_.all_passed();
     if (played) {
         link_.status().bytes_executed = link_.status().job_length;
-        end_job({JobOutcome::completed});
+        job_.will_end({JobOutcome::completed});
+        if (!takes_leave()) end_job(job_.ending());
     }
     publish(now);
+}
+
+/// A job that ends, fails or is cancelled leaves no heat, and no nozzle in the part. One that has only
+/// heated was wanted for that: the idle watch looks after its heat. True: the head goes out of the
+/// part; the job ends when it has. Contract: everything rests.
+bool Machine::takes_leave() {
+    if (!actions_.printed().empty()) heating_.all_off();
+    const bool may = config_.park.enabled && homing_.all_homed() && !pipe_.stops().running();
+    if (!job_.running() || !may || !actions_.printed().holds(pipe_.asked_mm())) return false;
+    const bool rests = pipe_.come_to_rest();
+    if (rests) parking_.take_leave();
+    return rests;
+}
+
+/// … and it has.
+void Machine::end_left_job() {
+    ++link_.status().excursions;
+    places_.forget();
+    pipe_.reset(pipe_.planner().position_mm());
+    job_.stands_at(pipe_.asked_mm());
+    end_job(job_.ending());
 }
 
 /// A fault of the heat stops everything. When loop 3 has cut heaters that nobody used, a job that
@@ -199,6 +221,7 @@ void Machine::advance_hold() {
     const bool pausing = state_ == State::pausing && !parking_.away();
     const bool cancelling = state_ == State::cancelling;
     if ((!pausing && !cancelling) || homing_.active() || pipe_.stops().running()) return;
+    if (parking_.takes_leave()) return;
     if (pausing && parking_.waits_for_end()) return;
     if (!pipe_.come_to_rest()) return;
     if (pausing) {
@@ -208,6 +231,7 @@ void Machine::advance_hold() {
         }
         return;
     }
+    if (takes_leave()) return;
     pipe_.planner().discard_held();
     places_.forget();
     pipe_.reset(pipe_.planner().position_mm());
@@ -216,7 +240,7 @@ void Machine::advance_hold() {
 }
 
 void Machine::advance_excursion() {
-    const bool goes_on = state_ != State::cancelling && state_ != State::faulted;
+    const bool goes_on = (state_ != State::cancelling || parking_.takes_leave()) && state_ != State::faulted;
     if (!parking_.away() || !goes_on || pipe_.stops().running()) return;
     const Result<Parking::Step> step = parking_.advance();
     if (!step.ok()) return enter_fault(step.error().message);
@@ -224,6 +248,8 @@ void Machine::advance_excursion() {
         parking_.stay();
         to(Event::rest);
         if (parking_.take_deferred_resume()) resume_job();
+    } else if (*step == Parking::Step::left) {
+        end_left_job();
     } else if (*step == Parking::Step::returned) {
         ++link_.status().excursions;
         // Paused again on the way: the path is still held, and the head leaves it again.
@@ -315,6 +341,7 @@ void Machine::stop_moves() {
 }
 
 void Machine::pause_job(bool at_end) {
+    if (parking_.takes_leave()) return link_.say(ReplyKind::warning, "pause was not taken: the job is over");
     if (!to(Event::pause)) return;
     parking_.pause_at_end(at_end);
     if (!parking_.heats()) return;
@@ -346,6 +373,7 @@ void Machine::resume_job() {
 void Machine::cancel_job() {
     const bool nothing_to_stop =
         state_ == State::idle && !heating_.holds() && !homing_.active() && pipe_.drained();
+    if (parking_.takes_leave()) return;  // it is over
     if (nothing_to_stop) return link_.say(ReplyKind::warning, "cancel was not taken: nothing is printing");
     stop_job(JobOutcome::cancelled, "cancelled");
 }
@@ -432,6 +460,7 @@ bool Machine::read_line() {
     }
     if (*read == JobRun::Read::begun) {
         to(Event::begin);
+        actions_.printed().forget();
         // A host may have been here, or a person.
         if (pipe_.drained() && !pipe_.stops().running()) pipe_.settle_filament();
         forget_settings();
@@ -554,8 +583,8 @@ void Machine::end_job(const JobEnding& ending) {
     if (state_ != State::faulted) to(Event::end);
     job_.end(ending);
     if (ending.outcome == JobOutcome::failed) link_.say(ReplyKind::error, ending.why);
+    if (ending.outcome != JobOutcome::completed || !actions_.printed().empty()) heating_.all_off();
     if (ending.outcome != JobOutcome::completed) {
-        heating_.all_off();
         // What was read and will not be done, an M84 say, has changed nothing.
         homing_.tell(job_.interpreter());
     }

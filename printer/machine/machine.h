@@ -82,6 +82,8 @@ class Machine {
     void tell_place(bool homing);
     void advance_hold();
     void advance_excursion();
+    [[nodiscard]] bool takes_leave();
+    void end_left_job();
 
     void serve(const link::CommandText& command);
     void take_line(std::string_view line, Speaker speaker);

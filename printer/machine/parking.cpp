@@ -72,6 +72,16 @@ void Parking::plan_way_out() {
         go(at, park.retract_speed.value(), accelerations.filament);
     }
     left_.filament_mm = at[3];
+    plan_parking(at);
+    if (hot && changes_filament()) plan_unloading(at);
+    motors_.on_for(pipe_.left_at_mm(), at);
+    left_.parked = true;
+}
+
+/// Up, and sideways beside the part.
+void Parking::plan_parking(motion::AxisVector& at) {
+    const ParkConfig& park = config_.park;
+    const Accelerations& accelerations = pipe_.accelerations();
     at[2] = up_to(at[2], lifted(at), config_.axes[2]);
     go(at, config_.axes[2].max_speed.value(), accelerations.travel);
     const auto inside = [&](Millimetres place, Axis axis) {
@@ -88,9 +98,21 @@ void Parking::plan_way_out() {
         at = place;
         go(at, park.speed.value(), accelerations.travel);
     }
-    if (hot && changes_filament()) plan_unloading(at);
-    motors_.on_for(pipe_.left_at_mm(), at);
-    left_.parked = true;
+}
+
+void Parking::take_leave() {
+    order_ = {};
+    if (pipe_.away()) {
+        pipe_.planner().discard_held();
+    } else {
+        pipe_.depart();
+    }
+    motion::AxisVector at = pipe_.planner().position_mm();
+    const motion::AxisVector from = at;
+    rest();
+    plan_parking(at);
+    motors_.on_for(from, at);
+    phase_ = Phase::taking_leave;
 }
 
 void Parking::plan_unloading(motion::AxisVector& at) {
@@ -113,6 +135,7 @@ void Parking::stay() {
 
 Result<Parking::Step> Parking::advance() {
     if (phase_ == Phase::leaving && pipe_.drained()) return Step::arrived;
+    if (phase_ == Phase::taking_leave && pipe_.drained()) return Step::left;
     if (phase_ == Phase::heating && pipe_.drained() && heating_.is_warm_again()) {
         phase_ = Phase::returning;
         plan_way_back();

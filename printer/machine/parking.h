@@ -75,6 +75,11 @@ class Parking {
     /// The head leaves the path. Contract: the path is held and at rest. False: the head stays
     /// there, because not all axes are homed.
     [[nodiscard]] bool leave(const gcode::Interpreter& path, const HomingRun& homing);
+    /// The head leaves the path, or where it is beside it, and does not come back: the job is over.
+    /// Contract: the motion is held and at rest, and all axes are homed.
+    void take_leave();
+    /// It is on its way.
+    [[nodiscard]] bool takes_leave() const { return phase_ == Phase::taking_leave; }
     /// Waits for a person here.
     void stay();
     /// Asks for the heat that it left with. Contract: rests().
@@ -84,6 +89,7 @@ class Parking {
         goes_on,
         arrived,   ///< at the park place: stay()
         returned,  ///< on the path, still held
+        left,      ///< for good
     };
     /// One look, once per release while away. Error: it came back to another place than it left.
     [[nodiscard]] Result<Step> advance();
@@ -96,10 +102,11 @@ class Parking {
   private:
     enum class Phase : std::uint8_t {
         on_path,
-        leaving,    ///< on its way to the park place
-        parked,     ///< there, or where it stopped when it may not park
-        heating,    ///< resumed: waits for the heat that it left with
-        returning,  ///< on its way back to the path
+        leaving,       ///< on its way to the park place
+        parked,        ///< there, or where it stopped when it may not park
+        heating,       ///< resumed: waits for the heat that it left with
+        returning,     ///< on its way back to the path
+        taking_leave,  ///< on its way out, for good
     };
     /// How the path was left.
     struct Left {
@@ -119,6 +126,7 @@ class Parking {
     }
     [[nodiscard]] double lifted(const motion::AxisVector& at) const;
     void plan_way_out();
+    void plan_parking(motion::AxisVector& at);
     void plan_unloading(motion::AxisVector& at);
     void plan_loading(motion::AxisVector& at);
     [[nodiscard]] bool changes_filament() const {

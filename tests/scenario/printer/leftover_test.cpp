@@ -179,7 +179,7 @@ printer::MachineConfig machine() {
 const std::string kMeasured =
     "G28\nG4 S2\nG1 X20 Y20 Z2 F6000\nG1 X60 E2 F3600\nG1 Y40 E3\nG3 X50 Y50 I-10 J0 E4\nG10\nG1 X30 Y30\n"
     "G11\nG1 Z4 F300\nM486 S1\nG1 X80 Y30 E6 F6000\nM486 S-1\nEXCLUDE_OBJECT_START NAME=part\nG1 X90 E7\n"
-    "EXCLUDE_OBJECT_END NAME=part\nG1 X20 F7500\nG1 Y90 E9\n";
+    "EXCLUDE_OBJECT_END NAME=part\nG1 X20 F7500\nG1 Y90 E9\nG1 Z12 F300\n";
 
 class Bench {
   public:

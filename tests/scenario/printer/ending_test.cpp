@@ -1,0 +1,117 @@
+// However a job ends, it leaves the part and no heat; the twin judges the part alone.
+#include <gtest/gtest.h>
+
+#include "printer/estimate/estimator.h"
+#include "printer/preflight/preflight.h"
+#include "tests/scenario/printer/printer_bench.h"
+
+namespace qduino::tests::ending_test {
+namespace {
+
+using link::JobOutcome;
+
+/// Printed to its last line, and nothing behind it.
+const std::string kWithoutEnd =
+    "G28\nM83\nM140 S40\nM109 S200\nG1 X60 Y60 Z0.3 F6000\nG1 X80 E1 F1200\nG1 Y80 E1\nG1 X60 E1\nG1 Y60 "
+    "E1\n";
+
+double estimate_of(const std::string& text) {
+    const auto preflight = std::make_unique<printer::preflight::Preflight>(printer::MachineConfig{});
+    const auto estimator = std::make_unique<printer::estimate::Estimator>(printer::MachineConfig{});
+    preflight->add_sink(*estimator);
+    preflight->feed(text);
+    static_cast<void>(preflight->finish());
+    return estimator->estimate().total_s;
+}
+
+void expect_left(PrinterBench& bench) {
+    bench.run(1);
+    EXPECT_EQ(bench.heat().hot_end.target_celsius, 0);
+    EXPECT_EQ(bench.heat().bed.target_celsius, 0);
+    EXPECT_EQ(bench.heat().fan_duty, 0);
+    const auto at = bench.metal().position_mm;
+    EXPECT_NEAR(at[0], 0, 0.02);
+    EXPECT_NEAR(at[1], 150, 0.02);
+    EXPECT_GT(at[2], 5);
+    EXPECT_NEAR(bench.status().position_mm[2], at[2], 0.01);
+    EXPECT_TRUE(bench.status().homed[0] && bench.status().homed[1] && bench.status().homed[2]);
+}
+
+TEST(Ending, AJobWithoutAnEndCodeLeavesThePartAndMatches) {
+    PrinterBench bench;
+    ASSERT_TRUE(bench.begin());
+    bench.job(kWithoutEnd + "M106 S255\n");
+    ASSERT_TRUE(bench.finish_job());
+    EXPECT_EQ(bench.status().outcome, JobOutcome::completed) << bench.fault();
+    EXPECT_NEAR(bench.status().print_time_s, estimate_of(kWithoutEnd), 0.01 * bench.status().print_time_s);
+    expect_left(bench);
+    const twin::Report report = bench.report();
+    EXPECT_TRUE(report.matches) << (report.differences.empty() ? "" : report.differences[0]);
+    EXPECT_EQ(report.findings.excursions, 1u);
+    // And the next one prints.
+    bench.job(kWithoutEnd, 2);
+    ASSERT_TRUE(bench.run_until([&] { return bench.status().job_id == 2; }, 10));
+    ASSERT_TRUE(bench.finish_job());
+    EXPECT_EQ(bench.status().outcome, JobOutcome::completed) << bench.fault();
+}
+
+TEST(Ending, AnEndCodeThatLeavesThePartIsEnough) {
+    PrinterBench bench;
+    ASSERT_TRUE(bench.begin());
+    bench.job(kWithoutEnd + "G1 Z10 F300\n");
+    ASSERT_TRUE(bench.finish_job());
+    EXPECT_NEAR(bench.metal().position_mm[0], 60, 0.02);
+    EXPECT_EQ(bench.heat().hot_end.target_celsius, 0) << "no heat is left either way";
+    EXPECT_TRUE(bench.report().matches);
+    EXPECT_EQ(bench.status().excursions, 0u);
+}
+
+TEST(Ending, ACancelledJobLeavesThePart) {
+    PrinterBench bench;
+    ASSERT_TRUE(bench.begin());
+    std::string text = kWithoutEnd;
+    for (int i = 0; i < 20; ++i) text += i % 2 == 0 ? "G1 X80 E1 F600\n" : "G1 X60 E1\n";
+    bench.job(text);
+    ASSERT_TRUE(bench.run_until([&] { return bench.metal().position_mm[3] > 5; }, 600));
+    bench.command(link::Command::cancel);
+    ASSERT_TRUE(bench.finish_job(60));
+    EXPECT_EQ(bench.status().outcome, JobOutcome::cancelled);
+    expect_left(bench);
+}
+
+TEST(Ending, ALineThatFailsInThePartLeavesIt) {
+    PrinterBench bench;
+    ASSERT_TRUE(bench.begin());
+    bench.job(kWithoutEnd + "G1 X9000\n");
+    ASSERT_TRUE(bench.finish_job());
+    EXPECT_EQ(bench.status().outcome, JobOutcome::failed);
+    expect_left(bench);
+}
+
+TEST(Ending, AHeadThatWandersWithoutAWordIsADifference) {
+    PrinterBench bench;
+    ASSERT_TRUE(bench.begin());
+    bench.job(kWithoutEnd + "G1 Z10 F300\n");
+    ASSERT_TRUE(bench.finish_job());
+    bench.type("G1 X30 Y30 F6000");  // nobody has told the twin of it
+    bench.run(5);
+    EXPECT_FALSE(bench.report().matches);
+}
+
+TEST(Ending, APauseIsNotTakenOnTheWayOut) {
+    PrinterBench bench;
+    ASSERT_TRUE(bench.begin());
+    bench.job(kWithoutEnd);
+    ASSERT_TRUE(bench.run_until(
+        [&] {
+            return bench.status().bytes_executed == kWithoutEnd.size() && bench.metal().position_mm[2] > 1;
+        },
+        600));
+    bench.command(link::Command::pause);
+    ASSERT_TRUE(bench.finish_job(60));
+    EXPECT_EQ(bench.status().outcome, JobOutcome::completed);
+    EXPECT_NE(bench.replies().find("pause was not taken: the job is over"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace qduino::tests::ending_test
