@@ -261,8 +261,9 @@ enum class Dialect : std::uint8_t { marlin, reprap, klipper };
 /// Lines in front of a job that brings no homing or no heating, if a person wants that
 /// (printer/preflight/prologue.h).
 struct StartConfig {
-    FixedString<768> text{};  ///< with `{HOT_END}` and `{BED}` in it; empty: made from the machine's numbers
-    Celsius hot_end{200};     ///< where the slicer's comments do not say
+    /// With `{HOT_END}` and `{BED}` in it; empty: made from the machine's numbers.
+    FixedString<768> text{};
+    Celsius hot_end{200};  ///< where the slicer's comments do not say
     Celsius bed{60};
 };
 
@@ -304,7 +305,8 @@ struct MachineConfig {
     /// Below it filament does not move (may_extrude()); M302 S sets another limit for its job …
     Celsius minimum_extrude{170};
     Celsius minimum_extrude_floor{160};  ///< … and none below this
-    Seconds idle_timeout{600};           ///< heaters that nobody uses go off after so long; 0: never
+    /// Heaters that nobody uses go off after so long; 0: never.
+    Seconds idle_timeout{600};
     /// It holds for every job; none: each job says it.
     std::optional<Dialect> dialect{};
     ParkConfig park;

@@ -59,7 +59,8 @@ class AskedPath {
   public:
     /// `start`: the machine's position before the first line. Of `machine` the coordinates of the
     /// switches and what a step of E pushes count.
-    /// `compensation`: as the machine file says. `bed`: as it is behind an earlier job of the session.
+    /// `compensation`: as the machine file says. `bed`: as it is behind an earlier job of the
+    /// session.
     AskedPath(ByteSource& source, const Position& start, const Machine& machine,
               const Compensation& compensation, const AskedBed& bed);
     AskedPath(ByteSource& source, const Position& start, const Machine& machine)

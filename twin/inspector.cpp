@@ -424,8 +424,8 @@ void Inspector::come_back(std::size_t which) {
     counted_ = false;
 }
 
-// The head has left the path at the last rest, and does not come back: a machine takes it out of the
-// part when the job is over. Where it went is no part of the print, if the path ends there.
+// The head has left the path at the last rest, and does not come back: a machine takes it out of
+// the part when the job is over. Where it went is no part of the print, if the path ends there.
 void Inspector::take_leave() {
     const bool left =
         !homing_.active() && !probing_.active && !remembered_.empty() && !is_clean_since(remembered_.back());
@@ -434,7 +434,8 @@ void Inspector::take_leave() {
     position_ = remembered_.back().position;
     come_back(remembered_.size() - 1);
     if (pass_rest()) return;
-    // It does not: the comparison stands as it did, but for what has been read of the file meanwhile.
+    // It does not: the comparison stands as it did, but for what has been read of the file
+    // meanwhile.
     const auto read = static_cast<std::ptrdiff_t>(pieces_read_ - before.pieces_read_);
     pieces_ = before.pieces_;
     pieces_.insert(pieces_.end(), read_since_.end() - read, read_since_.end());

@@ -44,8 +44,8 @@ struct Move {
     bool firmware_retract = false;  ///< G10 or G11 made it
     /// The line that asked for it; the pieces of an arc share theirs.
     Source source;
-    /// What `feedrate` was made of: the speed before M220, and the most that it may become. With the
-    /// factors in it, a machine can give what is left of a long move other factors.
+    /// What `feedrate` was made of: the speed before M220, and the most that it may become. With
+    /// the factors in it, a machine can give what is left of a long move other factors.
     MillimetresPerSecond feedrate_asked{};
     MillimetresPerSecond feedrate_most{};
     double speed_factor = 1;
@@ -70,8 +70,8 @@ struct WaitFor {
     friend constexpr bool operator==(const WaitFor&, const WaitFor&) = default;
 };
 
-/// M201, M203, M204, M205, M302: a limit that is not given stays as it is. Of motion, never above the
-/// machine's own configuration.
+/// M201, M203, M204, M205, M302: a limit that is not given stays as it is. Of motion, never above
+/// the machine's own configuration.
 struct LimitChange {
     PerAxis<std::optional<MillimetresPerSecond2>> axis_acceleration{};
     PerAxis<std::optional<MillimetresPerSecond>> axis_speed{};

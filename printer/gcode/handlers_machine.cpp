@@ -228,8 +228,9 @@ void report_firmware(Context& context, const Command& command) {
     if (!is_version_check) context.actions.report(Report::firmware);
 }
 
-/// M302: S is the least temperature at which filament moves, for the job; P1 is the lowest there is,
-/// and P0 the machine file's. Filament that is pushed cold is ground, so the machine file has a floor.
+/// M302: S is the least temperature at which filament moves, for the job; P1 is the lowest there
+/// is, and P0 the machine file's. Filament that is pushed cold is ground, so the machine file has a
+/// floor.
 Result<void> cold_extrusion(Context& context, const Command& command) {
     const MachineConfig& machine = context.config;
     const double highest = highest_target(machine.hot_end).value();

@@ -49,8 +49,8 @@ class Interpreter {
     /// object that was left out. Contract: nothing is pending.
     Result<void> execute(const Command& command, std::size_t moves_max = kAllMoves);
 
-    /// Carries out a command that takes hold at once, whatever is pending. Contract: it may be typed
-    /// while a job prints (may_be_typed()).
+    /// Carries out a command that takes hold at once, whatever is pending. Contract: it may be
+    /// typed while a job prints (may_be_typed()).
     Result<void> execute_beside(const Command& command);
 
     /// To be called for every line of a job before it is carried out: it may say whose dialect the
@@ -103,8 +103,8 @@ class Interpreter {
     [[nodiscard]] const ModalState& state() const { return context_.state; }
     /// What M114 says: the position as the program counts it, in millimetres.
     [[nodiscard]] Position programmed_position() const;
-    /// … as it is while the machine is at `machine` on its way there, and `behind` of the filament is
-    /// still to be pushed.
+    /// … as it is while the machine is at `machine` on its way there, and `behind` of the filament
+    /// is still to be pushed.
     [[nodiscard]] Position programmed_position(const Position& machine, Millimetres behind) const;
     [[nodiscard]] bool homed(Axis axis) const { return context_.state.homed[axis]; }
 

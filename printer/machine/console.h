@@ -42,11 +42,11 @@ class Console {
     [[nodiscard]] Speaker speaker() const { return next().speaker; }
     /// When a host is told `ok` for the next line. Contract: waiting().
     [[nodiscard]] gcode::Ok ok() const;
-    /// The next line is a question; or, where `acts` is set, one that a person might type while a job
-    /// prints. It need not wait for what moves. Contract: waiting().
+    /// The next line is a question; or, where `acts` is set, one that a person might type while a
+    /// job prints. It need not wait for what moves. Contract: waiting().
     [[nodiscard]] bool waits_for_nothing(bool acts) const;
-    /// The next line changes how the job's lines are read (which objects are left out): it waits for
-    /// the end of the line in hand. Contract: waiting().
+    /// The next line changes how the job's lines are read (which objects are left out): it waits
+    /// for the end of the line in hand. Contract: waiting().
     [[nodiscard]] bool waits_for_line() const;
     /// The next line is empty and a host's. Contract: waiting().
     [[nodiscard]] bool host_begins() const { return next().speaker == Speaker::host && next().line.empty(); }

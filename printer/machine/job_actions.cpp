@@ -97,7 +97,8 @@ void JobActions::go_on() {
     hand_on(from, rest.place_at(rest.share), piece);
 }
 
-/// At the speed and with the filament of `how`. Over the bed that was measured a way is not straight.
+/// At the speed and with the filament of `how`. Over the bed that was measured a way is not
+/// straight.
 void JobActions::hand_on(const motion::AxisVector& from, const motion::AxisVector& to,
                          const motion::Move& how) {
     const motion::Correction& correction = parts_.pipe.correction();

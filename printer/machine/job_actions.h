@@ -3,8 +3,8 @@
 //   Interpreter ──Actions──► JobActions ──► planner, places, heat, motors, homing, status
 //                                  └── request: pause, stop, answer
 //
-// A long move goes to the planner in pieces, as it has room: so M220 and M221 change what is left of
-// it, and a pause need not wait for its end.
+// A long move goes to the planner in pieces, as it has room: so M220 and M221 change what is left
+// of it, and a pause need not wait for its end.
 //
 // An action of a job's line happens at its place in the motion, and so does a serial host's. A
 // typed action happens at once, unless it moves. Three things only the machine can do: pause, stop,

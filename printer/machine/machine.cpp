@@ -110,9 +110,9 @@ void Machine::plan(Instant now) {
     publish(now);
 }
 
-/// A job that ends, fails or is cancelled leaves no heat, and no nozzle in the part. One that has only
-/// heated was wanted for that: the idle watch looks after its heat. True: the head goes out of the
-/// part; the job ends when it has. Contract: everything rests.
+/// A job that ends, fails or is cancelled leaves no heat, and no nozzle in the part. One that has
+/// only heated was wanted for that: the idle watch looks after its heat. True: the head goes out of
+/// the part; the job ends when it has. Contract: everything rests.
 bool Machine::takes_leave() {
     if (!actions_.printed().empty()) heating_.all_off();
     const bool may = config_.park.enabled && homing_.all_homed() && !pipe_.stops().running();

@@ -6,10 +6,10 @@
 //   timeline, markers, step counts ◄── four-slot ────┘
 //
 // How far ahead: pump() solves until `kAhead` of the print's own time lies in the ring. Loop 1 runs
-// every 100 ms, so this survives seven of its releases that fail to come. More would make a pause, or
-// M220, take hold later. For the same reason the planner is given no more than it needs: lines are
-// read while pump() is hungry, a little at a time (machine.cpp), and a long move comes in pieces
-// (job_actions.h).
+// every 100 ms, so this survives seven of its releases that fail to come. More would make a pause,
+// or M220, take hold later. For the same reason the planner is given no more than it needs: lines
+// are read while pump() is hungry, a little at a time (machine.cpp), and a long move comes in
+// pieces (job_actions.h).
 //
 // When nothing more can be read (a dead service, a slow one, the end of a job) and less than
 // `kFlushBelow` lies ahead, what the planner kept for a better corner speed is planned down to a
@@ -141,8 +141,8 @@ class MotionPipe {
         SkewConfig skew;
     };
     [[nodiscard]] Adjusted adjusted() const;
-    /// Back to that, for what is appended from now on. Contract: not away(), and the planner has room,
-    /// or a stop runs.
+    /// Back to that, for what is appended from now on. Contract: not away(), and the planner has
+    /// room, or a stop runs.
     void restore(const Adjusted& before);
 
     // ---- loops 1 and 2 --------------------------------------------------------------------------

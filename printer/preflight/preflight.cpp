@@ -289,7 +289,8 @@ Result<void> Preflight::set_temperature(gcode::Heater heater, Celsius target) {
 Result<void> Preflight::wait_temperature(gcode::Heater heater, Celsius target, gcode::WaitFor direction) {
     const Celsius reached =
         direction.kind == gcode::WaitFor::between ? direction.lowest : content_from(machine_.hot_end, target);
-    // A wait that cools leaves the hot end as cool as that; one that heats alone, no cooler than it was.
+    // A wait that cools leaves the hot end as cool as that; one that heats alone, no cooler than
+    // it was.
     const bool cools = direction.kind != gcode::WaitFor::heating;
     if (heater == gcode::Heater::hot_end) waited_for_ = cools ? reached : std::max(waited_for_, reached);
     take_target(heater, target);

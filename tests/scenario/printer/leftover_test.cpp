@@ -1,5 +1,6 @@
-// A job makes the same steps whatever was printed before it. The commands that could leave something
-// come from the table of all commands, so none can be forgotten: a new one needs an example here.
+// A job makes the same steps whatever was printed before it. The commands that could leave
+// something come from the table of all commands, so none can be forgotten: a new one needs an
+// example here.
 #include <gtest/gtest.h>
 
 #include <algorithm>

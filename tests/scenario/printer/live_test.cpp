@@ -1,5 +1,5 @@
-// What is done while a job prints takes hold at once: no more is planned ahead than the motors need.
-// Times are the print's own.
+// What is done while a job prints takes hold at once: no more is planned ahead than the motors
+// need. Times are the print's own.
 #include <gtest/gtest.h>
 
 #include <cmath>
