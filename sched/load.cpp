@@ -29,6 +29,7 @@ void PlatformOverheads::add(const PlatformInterferer& interferer) {
         return longer / std::max(shorter, Nanoseconds{1});
     };
     PlatformInterferer& bears = *std::ranges::min_element(interferers, {}, distance);
+    bears.name = FixedString<23>{"several"};  // it is no longer any one of them
     bears.cost += interferer.cost;
     bears.interval = std::min(bears.interval, interferer.interval);
     bears.jitter = std::max(bears.jitter, interferer.jitter);

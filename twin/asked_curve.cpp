@@ -71,8 +71,7 @@ void AskedCurve::sweep_to(double end_angle, bool clockwise, int turns) {
     double sweep = way * (end_angle - start_angle_);
     if (sweep < -kSameAngle) sweep += kTurn;
     if (std::abs(sweep) < kSameAngle || std::abs(sweep - kTurn) < kSameAngle) sweep = 0;
-    const bool whole =
-        std::max(std::abs(to_[a_] - from_[a_]), std::abs(to_[b_] - from_[b_])) <= kRoundingMm;
+    const bool whole = std::max(std::abs(to_[a_] - from_[a_]), std::abs(to_[b_] - from_[b_])) <= kRoundingMm;
     if (whole) sweep = 0;
     if (whole && turns == 0) sweep = kTurn;  // back to the start: a whole turn
     sweep_ = way * (sweep + kTurn * turns);

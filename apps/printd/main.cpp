@@ -124,7 +124,7 @@ std::string config_json(const printer::MachineConfig& machine) {
 struct Ground {
     posix::UniqueFd lock;
     std::string key;
-    posix::UniqueFd socket;  ///< of the network, where that was left; else none
+    posix::UniqueFd socket;                 ///< of the network, where that was left; else none
     std::optional<web::TlsIdentity> given;  ///< a certificate that the owner has given
 };
 
@@ -298,17 +298,22 @@ Result<std::unique_ptr<printd::SerialHost>> start_serial_host(const printd::Opti
     return printd::SerialHost::start(std::move(port), spool, std::move(on_spool), has_bed);
 }
 
+spool::SpoolOptions spool_options_of(const printd::Options& options) {
+    spool::SpoolOptions spool;
+    spool.folder = options.state;
+    spool.limits.size_max_bytes = options.upload_max_mib << 20;
+    spool.hold_after_failure = options.after_failure == "hold";
+    spool.confirm_bed = options.confirm_bed;
+    spool.retention = {options.keep_jobs, options.keep_days, options.store_max_mib << 20};
+    spool.opened_s = clock_now().now_s;
+    return spool;
+}
+
 Result<void> serve(const printd::Options& options, const printer::MachineConfig& machine, Ground ground) {
     LinkWatch link{options.link};
     std::optional<printd::Inspection> inspection;
     if (!options.inspect.empty()) inspection.emplace(options.inspect);
-    spool::SpoolOptions spool_options;
-    spool_options.folder = options.state;
-    spool_options.limits.size_max_bytes = options.upload_max_mib << 20;
-    spool_options.hold_after_failure = options.after_failure == "hold";
-    spool_options.confirm_bed = options.confirm_bed;
-    spool_options.retention = {options.keep_jobs, options.keep_days, options.store_max_mib << 20};
-    spool_options.opened_s = clock_now().now_s;
+    spool::SpoolOptions spool_options = spool_options_of(options);
     printd::PreflightAnalyzer analyzer{machine};
     printd::StepCostFile step_cost{options.state, analyzer};
     printd::KeptSettingsFile kept{options.state};
@@ -330,8 +335,8 @@ Result<void> serve(const printd::Options& options, const printer::MachineConfig&
     std::unique_ptr<printd::SerialHost> serial_host;
     web::Threads threads;
     service = std::make_unique<web::Service>(
-        web::ServiceOptions{web::HostPolicy{allowed_hosts(options)}, 32, web::Proxies{options.trusted_proxies},
-                            options.prologue},
+        web::ServiceOptions{web::HostPolicy{allowed_hosts(options)}, 32,
+                            web::Proxies{options.trusted_proxies}, options.prologue},
         std::move(context), web::Authenticator{ground.key, std::move(sessions)}, std::move(files), analyzer,
         threads.executors());
     publisher = std::make_unique<web::Publisher>(*spool, *service, threads.executors().io,

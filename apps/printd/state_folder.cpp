@@ -24,12 +24,15 @@ using posix::UniqueFd;
 
 /// What the programs of the printer keep at the top of the folder. A name that ends in '*' stands
 /// for all that begin so.
-constexpr std::array<std::string_view, 18> kOurs{
-    "lock",          "run.lock",  "address",  "api-key*",
-    "serial",        "journal.*", "blobs",    "blobs-journal-id*",
-    "incoming",      "set-aside", "ballast*", "kept-settings.toml*",
-    "step-cost-ns*", "tls-*",     "run.log*", "report.txt*",
-    ".address.new.*", ".report.txt.new.*"};
+constexpr std::array<std::string_view, 18> kOurs{"lock",           "run.lock",
+                                                 "address",        "api-key*",
+                                                 "serial",         "journal.*",
+                                                 "blobs",          "blobs-journal-id*",
+                                                 "incoming",       "set-aside",
+                                                 "ballast*",       "kept-settings.toml*",
+                                                 "step-cost-ns*",  "tls",
+                                                 "run.log*",       "report.txt*",
+                                                 ".address.new.*", ".report.txt.new.*"};
 /// Of these, what root itself made there in earlier versions.
 constexpr std::array<std::string_view, 3> kMadeByRoot{"lock", "run.lock", "address"};
 constexpr int kDepthMax = 4;

@@ -65,8 +65,8 @@ bool has_free_text(std::string_view line) {
     take_line_number(line);
     line = trim(line);
     const LeadingCode code = leading_code(line);
-    const bool is_speed = to_upper(code.letter) == 'F' || to_upper(code.letter) == 'S';  // alone on a line
-    if (is_speed) return false;
+    const bool is_lone_speed = to_upper(code.letter) == 'F' || to_upper(code.letter) == 'S';
+    if (is_lone_speed) return false;
     return is_word_command(line) || (code.letter != '\0' && !must_be_words(code.letter, code.number));
 }
 

@@ -367,17 +367,18 @@ TEST(Preflight, AnAxisWhoseMotorsWentOffMustBeHomedAgain) {
 }
 
 TEST(Preflight, BehindTheProgramsEndNothingCounts) {
-    const Facts facts = read(kStart + "G1 X60 F600\nM2\n; filament_type = PLA\nG1 X999\nthis is nothing\n");
+    const Facts facts =
+        read(kStart + "G1 X60 F600\nM104 S0\nM2\n; filament_type = PLA\nG1 X999\nthis is nothing\n");
     EXPECT_TRUE(facts.accepted());
     ASSERT_EQ(facts.warnings_count, 1U);
     EXPECT_NE(facts.warnings[0].message.view().find("the program has ended"), std::string_view::npos);
     EXPECT_EQ(facts.metadata.material.view(), "PLA") << "comments do";
     EXPECT_TRUE(read(kStart + "G1 X60 F600\nM30\n\n; comment\n%\n").accepted());
-    EXPECT_EQ(read(kStart + "G1 X60 F600\nM30\n\n; comment\n").warnings_count, 0U);
+    EXPECT_EQ(read(kStart + "G1 X60 F600\nM104 S0\nM30\n\n; comment\n").warnings_count, 0U);
 }
 
 TEST(Preflight, SaysWhoseMeaningG90Has) {
-    const std::string script = "M83\nG1 X60 E1 F600\nG91\nG1 Z1\nG90\nG1 X90 E1\n";
+    const std::string script = "M83\nG1 X60 E1 F600\nG91\nG1 Z1\nG90\nG1 X90 E1\nM104 S0\n";
     const Facts klipper = read("SET_VELOCITY_LIMIT ACCEL=500\n" + std::string{kStart} + script);
     EXPECT_TRUE(klipper.accepted()) << first_error(klipper);
     ASSERT_EQ(klipper.warnings_count, 1U);
