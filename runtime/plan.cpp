@@ -50,6 +50,11 @@ bool has_more(sched::VcpuParameters a, sched::VcpuParameters b) {
     return Int128{a.budget.count()} * b.period.count() > Int128{b.budget.count()} * a.period.count();
 }
 
+bool bears(const sched::PlatformOverheads& overheads, const sched::PlatformInterferer& interferer) {
+    return std::ranges::any_of(overheads.interferers,
+                               [&](const sched::PlatformInterferer& each) { return each == interferer; });
+}
+
 /// Why a change that came while the loops run is not made.
 Error refused_change(const char* change, int core, const sched::Refusal& refusal) {
     if (refusal.because == RefusedBecause::completion_time) {
@@ -238,7 +243,7 @@ Result<void> Plan::note_routed_away(Instant now) {
     for (std::size_t i = 0; i < admission_->loads.size(); ++i) {
         const sched::CoreLoad& load = admission_->loads[i];
         for (const sched::PlatformInterferer& had : before_[i].overheads.interferers) {
-            if (std::ranges::count(asked_[i].overheads.interferers, had) > 0) continue;
+            if (bears(asked_[i].overheads, had)) continue;
             if (routed_away_.try_push_back({load.core, had, now + longest_period(load)})) continue;
             while (routed_away_.size() > noted) routed_away_.pop_back();
             return make_error(ErrorCode::unavailable,
@@ -268,8 +273,7 @@ void Plan::count_lowered(sched::CoreLoad& load, Instant now) const {
     }
     for (const RoutedAway& away : routed_away_) {
         const bool counts = away.core == load.core && now < away.until;
-        if (counts && std::ranges::count(load.overheads.interferers, away.had) == 0)
-            load.overheads.add(away.had);
+        if (counts && !bears(load.overheads, away.had)) load.overheads.add(away.had);
     }
 }
 

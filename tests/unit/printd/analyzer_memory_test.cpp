@@ -50,9 +50,9 @@ class AnalyzerMemory : public ::testing::Test {
 
 TEST_F(AnalyzerMemory, IsBoundedWhateverAFileIsFullOf) {
     const std::pair<const char*, Piece> files[]{
-        {"layers", [](int i) { return ";LAYER:1\nG1 X" + std::to_string(i % 2 + 1) + "E1\n"; }},
+        {"layers", [](int i) { return ";LAYER:1\nG1 X" + std::to_string(i % 2 + 1) + " E1\n"; }},
         {"layers by Z",
-         [](int i) { return "G1 X" + std::to_string(i % 2 + 1) + "Z" + std::to_string(i % 2 + 1) + "E1\n"; }},
+         [](int i) { return "G1 X" + std::to_string(i % 2 + 1) + "Z" + std::to_string(i % 2 + 1) + " E1\n"; }},
         {"unknown codes", [](int i) { return "M" + std::to_string(10000 + i % 80000) + " S1\n"; }},
         {"objects", [](int i) { return "EXCLUDE_OBJECT_START NAME=o" + std::to_string(i) + "\n"; }},
         {"one line", [](int) { return "G1 X1 "; }},
@@ -72,7 +72,7 @@ TEST_F(AnalyzerMemory, IsBoundedWhateverAFileIsFullOf) {
 TEST_F(AnalyzerMemory, LayersBeyondTheLastAreOfTheLast) {
     constexpr std::uint32_t kMax = printer::gcode::LayerFinder::kLayersMax;
     static_cast<void>(
-        peak_of(1'000'000, [](int i) { return ";LAYER:1\nG1 X" + std::to_string(i % 2 + 1) + "E1\n"; }));
+        peak_of(1'000'000, [](int i) { return ";LAYER:1\nG1 X" + std::to_string(i % 2 + 1) + " E1\n"; }));
     ASSERT_EQ(analysis_.verdict, spool::Analysis::Verdict::fits) << analysis_.message;
     EXPECT_EQ(nlohmann::json::parse(analysis_.facts_json)["layers"], kMax);
     const auto index = nlohmann::json::parse(analysis_.layers_json);

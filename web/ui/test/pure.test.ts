@@ -414,7 +414,7 @@ describe('a printer that lacks parts', () => {
     const sockets: string[] = [];
     vi.stubGlobal('location', { protocol: 'http:', host: 'printer', href: 'http://printer/' });
     vi.stubGlobal('window', globalThis);
-    vi.stubGlobal('WebSocket', class { constructor(url: string) { sockets.push(url); } close() {} });
+    vi.stubGlobal('WebSocket', class { constructor(url: string | URL) { sockets.push(String(url)); } close() {} });
     vi.stubGlobal('fetch', async (path: string) => {
       asked.push(path);
       return new Response(JSON.stringify(path.endsWith('/jobs') ? page : status));
@@ -428,7 +428,7 @@ describe('a printer that lacks parts', () => {
     await vi.waitFor(() => expect(store.state.gate.durable).toBe(false));
     stop();
     expect(store.state.online).toBe(false);
-    expect(asked).toEqual(['/api/v1/machine', '/api/v1/machine', '/api/v1/jobs']);
+    expect(asked).toEqual(['api/v1/machine', 'api/v1/machine', 'api/v1/jobs']);
     expect(sockets).toEqual([]);
     expect([lacks(store.state, 'hand'), lacks(store.state, 'layers')]).toEqual([true, false]);
   });
@@ -438,6 +438,6 @@ describe('a printer that lacks parts', () => {
     const stop = startLive();
     await vi.waitFor(() => expect(sockets).toEqual(['ws://printer/api/v1/live']));
     stop();
-    expect(asked).toEqual(['/api/v1/machine']);
+    expect(asked).toEqual(['api/v1/machine']);
   });
 });

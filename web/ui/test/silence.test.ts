@@ -112,7 +112,7 @@ describe('the emergency stop', () => {
     state = 'faulted';
     await vi.advanceTimersByTimeAsync(100);
     expect([phase(), store.state.status?.state]).toEqual(['confirmed', 'faulted']);
-    expect(asked.filter((one) => one.startsWith('POST'))).toEqual(['POST /api/v1/machine/emergency-stop']);
+    expect(asked.filter((one) => one.startsWith('POST'))).toEqual(['POST api/v1/machine/emergency-stop']);
   });
   it('is not confirmed while the service is silent, and goes on trying until it is', async () => {
     let silent = true;
