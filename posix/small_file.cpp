@@ -66,11 +66,14 @@ void give_to_group(const std::filesystem::path& path, int descriptor, gid_t grou
     if ((descriptor >= 0 ? ::fstat(descriptor, &found) : ::lstat(path.c_str(), &found)) != 0) return;
     if (S_ISLNK(found.st_mode)) return;
     const mode_t mode = (found.st_mode & 0707) | (found.st_mode & 0700) >> 3;
+    // In a folder whose files get its group (02710) this takes no right of root.
+    const bool is_its = found.st_gid == group;
+    constexpr uid_t kSame = static_cast<uid_t>(-1);
     if (descriptor >= 0) {
-        static_cast<void>(::fchown(descriptor, static_cast<uid_t>(-1), group) == 0 &&
+        static_cast<void>((is_its || ::fchown(descriptor, kSame, group) == 0) &&
                           ::fchmod(descriptor, mode) == 0);
     } else {
-        static_cast<void>(::lchown(path.c_str(), static_cast<uid_t>(-1), group) == 0 &&
+        static_cast<void>((is_its || ::lchown(path.c_str(), kSame, group) == 0) &&
                           ::chmod(path.c_str(), mode) == 0);
     }
 }

@@ -85,8 +85,10 @@ Result<MemoryFolder> MemoryFolder::make(const fs::path& parent, std::optional<gi
     folder.path_ = path;
     QDUINO_TRY_ASSIGN(folder.lock_, lock_file(folder.file(kLockName), Nanoseconds{0}));
     if (!users) return folder;
-    // They may go through it, and reach the single files that are given to them.
-    if (::chown(path.c_str(), static_cast<uid_t>(-1), *users) != 0 || ::chmod(path.c_str(), 0710) != 0)
+    // They may go through it, and reach the single files that are given to them. What is made in it
+    // has their group: its makers have not the right to give it. (The mode first: behind the chown
+    // the kernel would leave the 02000 out.)
+    if (::chmod(path.c_str(), 02710) != 0 || ::chown(path.c_str(), static_cast<uid_t>(-1), *users) != 0)
         return system_error("open for the service", path);
     return folder;
 }

@@ -389,28 +389,19 @@ test('a part of 140 mm is as bright as one of 20 mm, and one of short pieces, to
 });
 
 test('a failed print is drawn to where it came, and no further', () =>
-  inScene('held', async ({ page, at, mock, button }) => {
-    const settled = async (what, other = null) => {
-      let last = null;
-      await until(what, async () => {
-        const { warm } = await lookAt(page, at('canvas'));
-        const same = last !== null && warm > 200 && warm === last && warm !== other;
-        last = warm;
-        return same;
-      });
-      return last;
-    };
+  inScene('held', async ({ page, at, mock }) => {
     const failed = mock.printer.jobs.find(({ state }) => state === 'failed');
     assert.ok(mock.printer.status().job === null, 'the machine speaks of it no more');
     Object.assign(failed, { stopped_line: null, stopped_layer: null }); // the byte alone is known
     await page.reload();
+    const all = mock.printer.part.layers.reduce((sum, layer) => sum + layer.segments, 0);
     await until('all layers', async () => (await page.locator('.layer-slider input').getAttribute('max')) === '120');
-    await button('Front').click();
-    const part = await settled('the part as far as it came');
+    await drawnWhole(at);
+    const { segments } = await drawing(at);
+    assert.ok(segments > all * 0.4 && segments < all * 0.7, `${segments} of ${all} segments are drawn`);
     Object.assign(failed, { state: 'done' });
     mock.printer.changed();
-    const whole = await settled('the whole part', part);
-    assert.ok(part > whole * 0.3 && part < whole * 0.7, `${part} of ${whole} pixels are the part's`);
+    await drawnWhole(at, all);
   }, { viewport: PHONE, draws: true }));
 /** Nothing is drawn any more, and that is told. `whole`: nothing waits to be drawn, either. */
 async function settled(page, at, whole = true) {

@@ -61,7 +61,7 @@ class World {
         std::mt19937_64 random{seed};
         Moment moment{instant_from_ns(1'000'000'000), 1'700'000'000};
         auto connection = std::make_shared<Connection>(
-            *service_, "127.0.0.1", [] {}, moment);
+            *service_, Peer{"127.0.0.1", false}, [] {}, moment);
         while (!bytes.empty() && connection->wants_input()) {
             const std::size_t count = std::min<std::size_t>(1 + random() % 600, bytes.size());
             moment.now += std::chrono::milliseconds{1 + random() % 400};

@@ -43,6 +43,8 @@ class RandomJob {
     NaiveFirmware firmware;
     std::string gcode;
     std::size_t excursions = 0;
+    /// Nothing is behind the last excursion.
+    [[nodiscard]] bool ends_away() const { return back_at_ == firmware.events.size(); }
     std::vector<std::size_t> returns;  ///< first event of the way back of each excursion
 
   private:
@@ -168,6 +170,8 @@ TEST(InspectorProperty, AnExcursionThatEndsAStepBesideIsSeen) {
         for (const std::size_t back : job.returns) {
             std::vector<Event> events = job.firmware.events;
             if (back >= events.size() || events[back].axis == kExtruder) continue;
+            // At the end of a job a machine may leave its part, and need not come back.
+            if (back == job.returns.back() && job.ends_away()) continue;
             events.erase(events.begin() + static_cast<std::ptrdiff_t>(back));
             ASSERT_FALSE(report_of(job, events).matches) << "seed " << seed << " at " << back << "\n"
                                                          << job.gcode;

@@ -52,7 +52,9 @@ TEST_F(AnalyzerMemory, IsBoundedWhateverAFileIsFullOf) {
     const std::pair<const char*, Piece> files[]{
         {"layers", [](int i) { return ";LAYER:1\nG1 X" + std::to_string(i % 2 + 1) + " E1\n"; }},
         {"layers by Z",
-         [](int i) { return "G1 X" + std::to_string(i % 2 + 1) + "Z" + std::to_string(i % 2 + 1) + " E1\n"; }},
+         [](int i) {
+             return "G1 X" + std::to_string(i % 2 + 1) + "Z" + std::to_string(i % 2 + 1) + " E1\n";
+         }},
         {"unknown codes", [](int i) { return "M" + std::to_string(10000 + i % 80000) + " S1\n"; }},
         {"objects", [](int i) { return "EXCLUDE_OBJECT_START NAME=o" + std::to_string(i) + "\n"; }},
         {"one line", [](int) { return "G1 X1 "; }},

@@ -45,7 +45,7 @@ export function Phone() {
   };
   return (
     <>
-      <button class="quiet" data-testid="phone" onClick={open} title="Open this page on a phone">Phone</button>
+      <button class="quiet phone-button" data-testid="phone" onClick={open} title="Open this page on a phone">Phone</button>
       <dialog ref={dialog} class="phone" aria-labelledby="phone-text" data-testid="phone-dialog">
         <p id="phone-text">
           {problem || (invitation ? `Point the phone's camera at this code. It signs the phone in, once, within ${Math.round(invitation.valid_s / 60)} minutes.` : 'One moment …')}
