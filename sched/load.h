@@ -23,7 +23,10 @@ struct PlatformInterferer {
 
     /// Most it can take in a window of length `window`.
     [[nodiscard]] Nanoseconds interference(Nanoseconds window) const;
-    bool operator==(const PlatformInterferer&) const = default;
+    [[nodiscard]] bool operator==(const PlatformInterferer& other) const {
+        return name.view() == other.name.view() && cost == other.cost && interval == other.interval &&
+               jitter == other.jitter && source == other.source;
+    }
 };
 
 /// Measured by a board; zero in the simulator unless configured.

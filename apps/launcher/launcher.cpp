@@ -266,6 +266,7 @@ void Launcher::plan_simulator() {
     plan.before_start = [this] { return before_sketch(); };
     plan.in_child = [this] { link_.pass_on(); };
     plan.ready = [this](const std::string&) { return link_.look(); };
+    plan.rights = kMachineRights;
     add(std::move(plan));
 }
 

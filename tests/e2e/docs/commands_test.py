@@ -34,7 +34,7 @@ ADAPTED = [
     (r"\./run", lambda: "until_said 'Open   http' ./run --no-build --port %d --state \"$HOME/state\"" % free_port()),
     (r"\./run --metal", lambda: "until_said 'operating system: http' ./run --metal --no-build --port %d" % free_port()),
     # On this computer alone, and simulated: tests/e2e/reach has networks of its own.
-    (r"\./run (--lan.*|--allow-host .*)", lambda options: "until_said 'Open  http' ./run --no-build --speed 20 --listen 127.0.0.1 %s --port %d "
+    (r"\./run (--lan.*|--allow-host .*)", lambda options: "until_said 'Open   http' ./run --no-build --speed 20 --listen 127.0.0.1 %s --port %d "
      "--state \"$HOME/sim\"" % (options, free_port())),
     # A file of the reader's, for the printer that has just ended.
     (r"curl -H .* -F file=@part\.gcode .*", lambda: "command -v curl >/dev/null"),

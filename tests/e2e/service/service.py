@@ -126,7 +126,7 @@ class Printd:
         self.start()
 
     def start(self):
-        command = [*self.wrapper, PRINTD, "--state", self.state, "--link", os.path.join(self.folder, "link"), "--listen", self.listen,
+        command = [*self.wrapper, PRINTD, "--state", self.state, "--link", os.path.realpath(os.path.join(self.folder, "link")), "--listen", self.listen,
                    "--print-link"] + self.options
         with open(os.path.join(self.folder, "printd.log"), "ab") as log:
             self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=log, text=True)
