@@ -74,7 +74,8 @@ Result<posix::UniqueFd> take_state(const fs::path& state, uid_t owner) {
     auto lock = lock_file(file, Nanoseconds{0});
     if (lock || lock.error().code != ErrorCode::already_exists) return lock;
     for (const Holder& holder : holders_of(file)) {
-        if (kProgramName.starts_with(holder.name)) return already_running(state, lock.error(), owner);
+        // The kernel keeps 15 bytes of a name; the sketch is called `printer`.
+        if (holder.name == kProgramName.substr(0, 15)) return already_running(state, lock.error(), owner);
     }
     say_first("waiting for the processes of an earlier run to end: " + names_of(holders_of(file)));
     lock = lock_file(file, kPatience);
