@@ -7,6 +7,9 @@
 namespace qduino::twin {
 namespace {
 
+/// No firmware has a code of that number.
+constexpr double kCodeNumberEnd = 1'000'000;
+
 /// One word: a letter and, where there is one, its number. Advances `text` past it.
 struct Word {
     char letter = 0;
@@ -276,6 +279,7 @@ CommandLine LineReader::parse(std::string_view line) {
         if (command.letter == 0) {
             if (word.letter == 'N' && word.has_number) continue;  // line number
             if ((word.letter != 'G' && word.letter != 'M') || !word.has_number) return command;
+            if (!(word.number >= 0 && word.number < kCodeNumberEnd)) return command;
             command.letter = word.letter;
             command.number = static_cast<int>(word.number);
             command.subcode = static_cast<int>(std::lround((word.number - command.number) * 10));
