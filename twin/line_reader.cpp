@@ -288,7 +288,7 @@ CommandLine LineReader::parse(std::string_view line) {
         }
         const unsigned index = static_cast<unsigned>(word.letter - 'A');
         command.present |= 1u << index;
-        if (!word.has_number) continue;
+        if (!word.has_number || !std::isfinite(word.number)) continue;
         command.numbers |= 1u << index;
         command.values[index] = word.number;
     }
