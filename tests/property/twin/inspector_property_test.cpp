@@ -123,7 +123,7 @@ class RandomJob {
     }
 
     std::size_t back_at_ = 0;          // first event after the last excursion
-    std::size_t first_from_here_ = 0;  // of the excursions from one place: the first of the last ones
+    std::size_t first_from_here_ = 0;  // the first of the last ones, which are from one place
     Position at_{};
     double logical_e_ = 0;
     bool relative_e_ = false;
