@@ -79,8 +79,10 @@ struct CoreGuarantee {
     double interrupts_per_second = -1;  ///< residual; -1: not measured
     Nanoseconds worst_gap{-1};          ///< worst gap that a bare spin saw; -1: not measured
     double counted_per_second = -1;     ///< interrupts that admission counts; -1: none
-    Nanoseconds counted_cost{};         ///< and how long each is
-    Nanoseconds counted_longest{};      ///< and one of them
+    Nanoseconds counted_cost{};         ///< and how long each is, in the mean
+    /// Of interrupts, without the alarms of programs; -1: not measured.
+    double without_alarms_per_second = -1;
+    Nanoseconds counted_longest{};  ///< and one of them
     bool tick_stopped = false;
     bool throttling_lifted = false;
     FixedString<200> note;

@@ -133,23 +133,27 @@ Result<void> Plan::admit(const std::vector<sched::PlatformOverheads>& overheads)
 }
 
 /// After a change of `load`. Where loops wait for each other's cores, it changes those, too.
-bool Plan::fits(const sched::CoreLoad& load) {
+bool Plan::fits(const sched::CoreLoad& load, bool with_promise_below) {
+    if (with_promise_below && !sched::keeps_promise_below(load)) return false;
     const bool alone = load.waits.empty();
     return alone ? sched::is_admissible(load) : sched::are_admissible(admission_->loads);
 }
 
 /// A loop that sleeps within a release, and did not say so, makes its next release late. Where the
 /// others on its core can bear it, its budget comes back at once instead (deferrable_server.h);
-/// the lowest loops first, whose jitter delays the fewest.
+/// the lowest loops first, whose jitter delays the fewest. A deferrable server counts twice for
+/// those below it: what other programs were promised below all loops (a print service) keeps its
+/// place, if it has one at all.
 void Plan::make_deferrable() {
     for (sched::CoreLoad& load : admission_->loads) {
         if (load.mains.empty() || owner_of(load.core) != board::kNoVcpu) continue;
         std::vector<sched::Vcpu*> by_rank;
         for (sched::Vcpu& loop : load.mains) by_rank.push_back(&loop);
         std::ranges::sort(by_rank, [](const auto* a, const auto* b) { return sched::ranks_above(*b, *a); });
+        const bool with_promise_below = sched::keeps_promise_below(load);
         for (sched::Vcpu* loop : by_rank) {
             const bool before = std::exchange(loop->deferrable, true);
-            loop->deferrable = before || fits(load);
+            loop->deferrable = before || fits(load, with_promise_below);
         }
         for (const sched::Vcpu* loop : by_rank)
             std::ranges::find(requests_, loop->id, &sched::Vcpu::id)->deferrable = loop->deferrable;

@@ -110,7 +110,7 @@ class Plan {
     };
 
     void make_deferrable();
-    [[nodiscard]] bool fits(const sched::CoreLoad& load);
+    [[nodiscard]] bool fits(const sched::CoreLoad& load, bool with_promise_below);
     /// Writes the verdict on each core, as it is loaded now.
     void judge_all();
     /// Makes `change` to the loads of the cores when all of them can bear that; else the refusal of

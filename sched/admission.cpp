@@ -210,6 +210,25 @@ bool is_admissible(const CoreLoad& load) {
     return owned_without_waits(load) || admitted_by_bound(load) || CompletionTime{load}.every_loop_meets();
 }
 
+Nanoseconds response_below_all(const CoreLoad& load, Nanoseconds budget, Nanoseconds limit) {
+    constexpr VcpuId kLowestRank = 255;
+    CoreLoad with = load;
+    Nanoseconds longest = limit;
+    for (const Vcpu& loop : load.mains) longest = std::max(longest, loop.period);
+    // The longest period and the highest number: the lowest rank. Its own period does not enter R.
+    if (!with.mains.try_push_back(
+            {.id = kLowestRank, .budget = budget, .period = longest, .core = load.core}))
+        return limit + Nanoseconds{1};
+    const CompletionTime analysis{with};
+    return analysis.response(analysis.size() - 1, limit);
+}
+
+bool keeps_promise_below(const CoreLoad& load) {
+    const VcpuParameters& below = load.overheads.below;
+    return below.budget <= Nanoseconds{0} ||
+           response_below_all(load, below.budget, below.period) <= below.period;
+}
+
 bool are_admissible(std::span<CoreLoad> loads) {
     count_remote_waits(loads);
     return std::ranges::all_of(loads, is_admissible);

@@ -44,6 +44,13 @@ namespace qduino::sched {
 /// (CoreLoad::waits).
 [[nodiscard]] bool are_admissible(std::span<CoreLoad> loads);
 
+/// R of `budget` below all loops and bottom halves of `load`, in a period of at most `limit`;
+/// beyond `limit` when it is above that, or when the analysis takes no more VCPUs.
+[[nodiscard]] Nanoseconds response_below_all(const CoreLoad& load, Nanoseconds budget, Nanoseconds limit);
+
+/// What was promised below all loops (PlatformOverheads::below) gets its budget in each period.
+[[nodiscard]] bool keeps_promise_below(const CoreLoad& load);
+
 /// Step 1 alone: utilisation against the bound.
 [[nodiscard]] bool admitted_by_bound(const CoreLoad& load);
 

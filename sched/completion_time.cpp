@@ -242,10 +242,6 @@ Nanoseconds CompletionTime::response(std::size_t i, Nanoseconds limit) const {
     return solve(i, limit, Nanoseconds{0}, Wanted::response).response;
 }
 
-LoopResponse CompletionTime::verdict(std::size_t i) const {
-    return {loop(i).id, response(i, kResponseLimit * period(i)), period(i)};
-}
-
 FixedVector<LoopResponse, kMainVcpuLimit> CompletionTime::verdicts() const {
     FixedVector<LoopResponse, kMainVcpuLimit> found;
     Nanoseconds at_least{};

@@ -53,14 +53,12 @@ class CompletionTime {
 
     /// R of loop `i` if it is at most `limit`, else some value beyond `limit`.
     [[nodiscard]] Nanoseconds response(std::size_t i, Nanoseconds limit) const;
-    /// The same as a verdict, R followed up to kResponseLimit·T.
-    [[nodiscard]] LoopResponse verdict(std::size_t i) const;
     /// Of bottom half `k`, in the order of the load, when it works for the loop of the shortest
     /// period, or for the client that it names. Contract: there is a loop.
     [[nodiscard]] IoResponse io_verdict(std::size_t k) const;
     /// Each R <= T?
     [[nodiscard]] bool every_loop_meets() const;
-    /// verdict() of each loop, highest first; quicker than one by one.
+    /// Of each loop, highest first, with R followed up to kResponseLimit·T.
     [[nodiscard]] FixedVector<LoopResponse, kMainVcpuLimit> verdicts() const;
     /// The shares of `window` from the release of loop `i` on: its own budget, each VCPU of higher
     /// priority, each I/O VCPU, the platform. In a window of length R the sum is R.

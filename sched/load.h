@@ -43,6 +43,9 @@ struct PlatformOverheads {
     /// these leave less; 0: nothing.
     Nanoseconds kept_budget{};
     Nanoseconds kept_period{};
+    /// What ordinary programs of this core have been promised below all loops; budget 0: nothing.
+    /// It never refuses a loop. Servers are chosen so that it keeps its place (admission.h).
+    VcpuParameters below{};
     /// How many priorities the board tells apart. Loops beyond share the last one.
     std::size_t priorities = kMainVcpuLimit;
 

@@ -4,7 +4,10 @@
 
 #include "apps/beside/boot_line.h"
 #include "apps/doctor/finding.h"
+#include "apps/terminal/human.h"
+#include "base/text.h"
 #include "board/linux/device_interrupts.h"
+#include "board/linux/interference_memory.h"
 
 namespace qduino::apps::doctor {
 namespace {
@@ -142,6 +145,21 @@ Finding interrupt_affinity(const Facts& facts) {
                   facts.boot_with("irqaffinity=" + rest.to_list()));
 }
 
+/// As the last starts and runs have seen it. A core that nobody has looked at is left out.
+Finding interrupt_time(const Facts& facts) {
+    std::string found;
+    for (int core = 0; core < facts.core_count(); ++core) {
+        auto memory = board::linux::InterferenceMemory::read(core, facts.at(""));
+        if (memory.size() == 0) continue;
+        const board::linux::Interference known = memory.interference();
+        const auto percent = [](std::int64_t ppm) { return Fixed{static_cast<double>(ppm) * 1e-4, 1}; };
+        write(found, found.empty() ? "" : "; ", "core ", core, ": ", percent(known.found.share_ppm),
+              " % of it in ", memory.size(), " looks, counted as ", percent(known.counts.share_ppm), " % in ",
+              human_duration(known.counts.usual), " each");
+    }
+    return ok(found.empty() ? "not measured since boot: the first sketch of a shared core does" : found);
+}
+
 /// Only interrupts that could be elsewhere. A disk with a queue for each core is none: the core's
 /// own queue is silent while the core is not used.
 Finding managed_interrupts(const Facts& facts) {
@@ -182,6 +200,8 @@ constexpr std::array kInterruptChecks{
           interrupt_affinity},
     Check{"managed_irqs", "its driver keeps it on a loop's core, with the threads that finish its work",
           managed_interrupts},
+    Check{"interrupt-time", "admission counts it above every loop, the same from start to start",
+          interrupt_time},
     Check{"irqbalance", "it puts interrupts back on the core from which the board has moved them",
           irqbalance},
 };

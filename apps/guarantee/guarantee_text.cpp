@@ -167,9 +167,9 @@ std::string delay_line(const board::DelayGuarantee& delay) {
 }
 
 std::string more_interrupts(const board::CoreGuarantee& core) {
-    if (core.counted_per_second < 0 || core.interrupts_per_second <= core.counted_per_second) return {};
-    return wrapped(text<std::string>("Core ", core.core, " had ", Fixed{core.interrupts_per_second, 0},
-                                     " interrupts/s, and admission counts ",
+    if (core.counted_per_second < 0 || core.without_alarms_per_second <= core.counted_per_second) return {};
+    return wrapped(text<std::string>("Core ", core.core, " had ", Fixed{core.without_alarms_per_second, 0},
+                                     " interrupts/s beside the alarms of programs, and admission counts ",
                                      Fixed{core.counted_per_second, 0}, ": R of its loops may be longer."),
                    "");
 }

@@ -109,7 +109,9 @@ std::string overheads_text(const Plan& plan) {
             out += '\n';
         }
     }
-    if (out.empty()) return "Overheads counted: none. A board file can name some (--board).\n";
+    if (out.empty())
+        return "Overheads counted: none. A run counts those of its computer (switches, interrupts,\n"
+               "what the kernel keeps), and R is longer there. A board file can name some (--board).\n";
     return "Overheads counted, from the board file:\n" + out;
 }
 

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "board/linux/clock.h"
+#include "board/linux/core_promises.h"
 #include "board/linux/core_times.h"
 #include "board/linux/crew.h"
 #include "board/linux/device_interrupts.h"
@@ -17,8 +18,9 @@ namespace qduino::board::linux {
 
 namespace {
 
-/// Others share the core, and wait meanwhile.
-constexpr Nanoseconds kInterferenceProbe = 40ms;
+/// Looks at what interrupts take: when less is remembered, and when that is.
+constexpr std::size_t kLooksAtFirst = 25;
+constexpr int kLooksLater = 5;
 
 void join(FixedString<200>& text, std::string_view more) {
     if (more.empty()) return;
@@ -64,7 +66,7 @@ void CoreTaker::take(std::span<const VcpuSpec> specs) {
     }
     for (const VcpuSpec& spec : specs) {
         if (std::ranges::count(cores_, spec.core, &UsedCore::core) > 0) continue;
-        cores_.push_back({spec.core, spec.owns_core, {}, interrupts_of(spec.core, config_.sysfs_root)});
+        cores_.push_back({spec.core, spec.owns_core, {}, interrupt_counts_of(spec.core, config_.sysfs_root)});
     }
     if (config_.isolate) isolate(specs);
     if (config_.real_time && config_.probe_duration > Nanoseconds{0}) probe_owned_cores();
@@ -102,16 +104,54 @@ void CoreTaker::probe_owned_cores() {
             }
         };
         used.probe = probe_core(used.core, config_.probe_duration, config_.priority_highest, enter);
-        used.interrupts_at_start = interrupts_of(used.core, config_.sysfs_root);
+        used.interrupts_at_start = interrupt_counts_of(used.core, config_.sysfs_root);
     }
 }
 
+/// Their promise says so. Where it cannot be read nobody is known of.
+bool CoreTaker::others_run_loops(int core) const {
+    const auto promises = PromiseRegister::open(config_.sysfs_root);
+    if (!promises) return false;
+    return std::ranges::any_of(promises->living(), [core](const Promise& promise) {
+        return promise.pid != ::getpid() && std::ranges::count(promise.vcpus, core, &sched::Vcpu::core) > 0;
+    });
+}
+
 const Interference& CoreTaker::interference(int core) {
-    const auto [known, is_new] = interference_.try_emplace(core);
-    const Nanoseconds duration = std::min(config_.probe_duration, kInterferenceProbe);
-    if (is_new && duration > Nanoseconds{0})
-        known->second = measure_interference(core, duration, config_.priority_highest);
-    return known->second;
+    const auto [known, is_new] = known_.try_emplace(core);
+    auto& [memory, told] = known->second;
+    if (!is_new || config_.probe_duration == Nanoseconds{0}) return told;
+    memory = InterferenceMemory::read(core, config_.sysfs_root);
+    if (memory.size() == 0 || !others_run_loops(core)) {
+        const int count = memory.size() < kLooksAtFirst ? static_cast<int>(kLooksAtFirst) : kLooksLater;
+        memory.add(look_for_interference(core, config_.priority_highest, count));
+    }
+    told = memory.interference();
+    // Where it cannot be written, the next start looks for longer.
+    if (told.measured) static_cast<void>(memory.write(core, config_.sysfs_root));
+    return told;
+}
+
+/// A look for each second, but no more than a fifth of all that are remembered.
+void CoreTaker::remember_run() {
+    const Nanoseconds running = monotonic_now() - started_at_;
+    for (const UsedCore& used : cores_) {
+        const auto known = known_.find(used.core);
+        const auto now = interrupt_counts_of(used.core, config_.sysfs_root);
+        if (known == known_.end() || !now || !used.interrupts_at_start || running < 1s) continue;
+        auto& [memory, told] = known->second;
+        const auto look = look_of_run(told, running, now->others - used.interrupts_at_start->others);
+        if (!look) continue;
+        const auto seconds = static_cast<std::size_t>(running / 1s);
+        memory.add(std::vector(std::min(seconds, InterferenceMemory::kLooks / 5), *look));
+        static_cast<void>(memory.interference());
+        static_cast<void>(memory.write(used.core, config_.sysfs_root));
+    }
+}
+
+void CoreTaker::give_back() {
+    static_cast<void>(settings_.undo());
+    remember_run();
 }
 
 void CoreTaker::serve_interrupts(DeviceClass device, VcpuId io) {
@@ -213,15 +253,22 @@ LoopGuarantee CoreTaker::describe(const VcpuThread& thread) const {
 }
 
 /// Whether more interrupts came than were counted. On a core that a loop owns nothing is counted.
-void CoreTaker::compare_with_admission(CoreGuarantee& report) const {
-    const auto known = interference_.find(report.core);
-    if (known == interference_.end() || !known->second.measured) return;
-    const sched::PlatformInterferer counted = known->second.counted();
-    report.counted_per_second = 1 / to_seconds(counted.interval);
-    report.counted_cost = counted.cost;
-    report.counted_longest = known->second.counted_once().cost;
-    if (report.worst_gap < known->second.worst) report.worst_gap = known->second.worst;
-    if (report.interrupts_per_second > report.counted_per_second)
+/// The alarms of the loops themselves are counted with their releases.
+void CoreTaker::compare_with_admission(const UsedCore& used, CoreGuarantee& report) const {
+    const auto known = known_.find(report.core);
+    if (known == known_.end() || !known->second.told.measured) return;
+    const Interference& told = known->second.told;
+    report.counted_per_second = told.counted_per_second();
+    report.counted_cost = told.each;
+    report.counted_longest = told.counted_once().cost;
+    if (report.worst_gap < told.worst) report.worst_gap = told.worst;
+    const auto now = interrupt_counts_of(used.core, config_.sysfs_root);
+    const Nanoseconds running = monotonic_now() - started_at_;
+    if (now && used.interrupts_at_start && running > 100ms) {
+        const auto others = static_cast<double>(now->others - used.interrupts_at_start->others);
+        report.without_alarms_per_second = told.ticks_per_second + others / to_seconds(running);
+    }
+    if (report.without_alarms_per_second > report.counted_per_second)
         join(report.note, "more interrupts came than admission counts: a loop's R may be longer");
     if (report.worst_gap > report.counted_longest)
         join(report.note, "a gap was longer than the longest one that admission counts");
@@ -232,7 +279,7 @@ CoreGuarantee CoreTaker::describe(const UsedCore& used) const {
     report.core = used.core;
     report.tick_stopped = used.owned && tickless_cores(config_.sysfs_root).has(used.core);
     report.throttling_lifted = throttling_is_off(config_.sysfs_root);
-    const auto interrupts = interrupts_of(used.core, config_.sysfs_root);
+    const auto interrupts = interrupt_counts_of(used.core, config_.sysfs_root);
     const Nanoseconds running = monotonic_now() - started_at_;
     if (used.probe) {
         report.worst_gap = used.probe->worst_gap;
@@ -241,9 +288,9 @@ CoreGuarantee CoreTaker::describe(const UsedCore& used) const {
     if (interrupts && used.interrupts_at_start &&
         running > 100ms) {  // what really came since, once that says something
         report.interrupts_per_second =
-            static_cast<double>(*interrupts - *used.interrupts_at_start) / to_seconds(running);
+            static_cast<double>(interrupts->all() - used.interrupts_at_start->all()) / to_seconds(running);
     }
-    compare_with_admission(report);
+    compare_with_admission(used, report);
     if (config_.real_time && !awake_.valid())
         join(report.note, "idle cores may sleep deeply: late wake-ups (run as root)");
     if (!used.owned) return report;

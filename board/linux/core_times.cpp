@@ -12,6 +12,9 @@
 namespace qduino::board::linux {
 namespace {
 
+/// Local timer interrupts, as the kernel names them in /proc/interrupts.
+constexpr std::string_view kTimerOfX86 = "LOC", kTimerOfArm = "arch_timer";
+
 // The first line names the columns, one for each CPU that is online: "   CPU0  CPU1". Then come
 // lines of "<name>: <count of each column> <words>"; the last word of a device's is its driver's.
 // The last few lines may have fewer counts.
@@ -53,12 +56,19 @@ CoreTimes core_times(int core, const std::string& root) {
     return {.host = host_time(core, root), .interrupts = interrupt_counts(core, root)};
 }
 
-std::optional<std::uint64_t> interrupts_of(int core, const std::string& root) {
+std::optional<InterruptCounts> interrupt_counts_of(int core, const std::string& root) {
     const auto counts = interrupt_counts(core, root);
     if (counts.empty()) return std::nullopt;
-    std::uint64_t total = 0;
-    for (const auto& [name, count] : counts) total += count;
-    return total;
+    InterruptCounts found;
+    for (const auto& [name, count] : counts)
+        (name == kTimerOfX86 || name == kTimerOfArm ? found.ticks : found.others) += count;
+    return found;
+}
+
+std::optional<std::uint64_t> interrupts_of(int core, const std::string& root) {
+    const auto counts = interrupt_counts_of(core, root);
+    if (!counts) return std::nullopt;
+    return counts->all();
 }
 
 }  // namespace qduino::board::linux

@@ -23,6 +23,16 @@ struct CoreTimes {
 /// `root` precedes /proc (tests).
 CoreTimes core_times(int core, const std::string& root = "");
 
+struct InterruptCounts {
+    std::uint64_t ticks = 0;  ///< of the core's own timer: the tick, and alarms of programs
+    std::uint64_t others = 0;
+
+    [[nodiscard]] std::uint64_t all() const { return ticks + others; }
+};
+
+/// What `core` has served. Nothing when that cannot be read.
+std::optional<InterruptCounts> interrupt_counts_of(int core, const std::string& root = "");
+
 /// Interrupts of all kinds that `core` has served. Nothing when that cannot be read.
 std::optional<std::uint64_t> interrupts_of(int core, const std::string& root = "");
 

@@ -33,6 +33,20 @@ void promise_parameters(sched::Vcpu& vcpu, sched::VcpuParameters parameters, Nan
 
 }  // namespace
 
+sched::VcpuParameters promised_below(int core, const std::string& root) {
+    sched::VcpuParameters below;
+    const auto promises = PromiseRegister::open(root, kLookPatience);
+    if (!promises) return below;
+    for (const Promise& promise : promises->living()) {
+        for (const TreeVcpu& tree : promise.trees) {
+            if (tree.core != core) continue;
+            below.budget += tree.budget;
+            below.period = below.period > Nanoseconds{0} ? std::min(below.period, tree.period) : tree.period;
+        }
+    }
+    return below.valid() ? below : sched::VcpuParameters{};
+}
+
 void LoopPromise::make(std::span<const VcpuSpec> specs,
                        const std::function<sched::PlatformOverheads(int)>& overheads,
                        const std::string& root) {

@@ -17,6 +17,11 @@
 
 namespace qduino::board::linux {
 
+/// What process trees of other programs have been promised on `core` below all loops: the sum of
+/// their budgets, in the shortest of their periods. Setup-time. `root` precedes the register's
+/// folders (tests).
+[[nodiscard]] sched::VcpuParameters promised_below(int core, const std::string& root);
+
 class LoopPromise {
   public:
     /// Promises what `specs` ask for, with what each activation costs. Where the register cannot be

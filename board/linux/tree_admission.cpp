@@ -6,12 +6,11 @@
 #include <vector>
 
 #include "base/text.h"
-#include "sched/completion_time.h"
+#include "sched/admission.h"
 
 namespace qduino::board::linux {
 namespace {
 
-constexpr sched::VcpuId kLowestRank = 255;
 constexpr Nanoseconds kFairLatency = 24ms;
 
 /// One core as the tree sees it.
@@ -102,25 +101,15 @@ TreeLoad with_shares(TreeLoad core, Nanoseconds budget) {
     return core;
 }
 
-/// R of `budget` below `core`; beyond `limit` when it is above that.
-Nanoseconds response_below_all(const TreeLoad& core, Nanoseconds budget, Nanoseconds limit) {
-    if (core.full) return limit + Nanoseconds{1};
-    // The longest period and the highest number: the lowest rank. Its own period does not enter R.
-    sched::CoreLoad load = core.load;
-    const sched::Vcpu lowest{
-        .id = kLowestRank, .budget = budget, .period = std::max(core.longest, limit), .core = load.core};
-    if (!load.mains.try_push_back(lowest)) return limit + Nanoseconds{1};
-    const sched::CompletionTime analysis{load};
-    return analysis.response(analysis.size() - 1, limit);
-}
-
-/// The same, beside the trees of `promises`, which are not in `core` yet.
+/// R of `budget` below `core` and beside the trees of `promises`, which are not in `core` yet;
+/// beyond `limit` when it is above that.
 Nanoseconds response_below(const TreeLoad& core, std::span<const Promise> promises, Nanoseconds budget,
                            Nanoseconds limit) {
-    if (core.trees == 0) return response_below_all(core, budget, limit);
-    const Nanoseconds served = response_below_all(with_servers(core, promises), budget, limit);
+    if (core.full) return limit + Nanoseconds{1};
+    if (core.trees == 0) return sched::response_below_all(core.load, budget, limit);
+    const Nanoseconds served = sched::response_below_all(with_servers(core, promises).load, budget, limit);
     if (!core.is_sibling) return served;
-    return std::min(served, response_below_all(with_shares(core, budget), budget, limit));
+    return std::min(served, sched::response_below_all(with_shares(core, budget).load, budget, limit));
 }
 
 /// The largest budget in whole milliseconds that is admitted in `period`; 0: none.

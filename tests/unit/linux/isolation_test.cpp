@@ -354,6 +354,10 @@ TEST(CoreProbe, CountsTheInterruptsOfOneCore) {
                 "timer interrupts\nERR: 7");
     EXPECT_EQ(interrupts_of(0, machine.root()), 1u + 300u + 7u);
     EXPECT_EQ(interrupts_of(2, machine.root()), 4020u);
+    const auto counts = interrupt_counts_of(0, machine.root());
+    ASSERT_TRUE(counts);
+    EXPECT_EQ(counts->ticks, 300u);
+    EXPECT_EQ(counts->others, 1u + 7u);
     EXPECT_FALSE(interrupts_of(1, machine.root()));  // not online
     EXPECT_FALSE(interrupts_of(0, machine.root() + "/nowhere"));
     EXPECT_TRUE(tickless_cores(machine.root()).empty());

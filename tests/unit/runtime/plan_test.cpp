@@ -5,6 +5,7 @@
 #include <array>
 
 #include "runtime/lock_declaration.h"
+#include "sched/admission.h"
 
 namespace qduino::runtime::plan_test {
 namespace {
@@ -25,10 +26,15 @@ LoopDeclaration loop(board::VcpuId id, Nanoseconds budget, Nanoseconds period, i
 
 using Overheads = std::vector<sched::PlatformOverheads>;
 
-/// The loops declared, and all of it judged on `cores` cores.
-Result<void> admit(Plan& plan, std::size_t cores, const SketchTable& table) {
+/// The loops declared, and all of it judged, with a core for each of `overheads`.
+Result<void> admit(Plan& plan, const Overheads& overheads, const SketchTable& table) {
     QDUINO_TRY(plan.add_loops(table));
-    return plan.admit(Overheads(cores));
+    return plan.admit(overheads);
+}
+
+/// The same on `cores` cores that cost nothing.
+Result<void> admit(Plan& plan, std::size_t cores, const SketchTable& table) {
+    return admit(plan, Overheads(cores), table);
 }
 
 /// The same with a lock, which loops 1 and 2 hold for so long.
@@ -148,6 +154,31 @@ TEST(Plan, ALoopIsDeferrableWhereTheOthersCanBearIt) {
     Plan full(true);
     ASSERT_TRUE(admit(full, 1, sketch({loop(1, 10ms, 20ms, 0), loop(2, 20ms, 40ms, 0)})));
     EXPECT_FALSE(spec_of(full.specs(), 1).deferrable);
+}
+
+/// The printer's two loops of core 0, and its print service. With a deferrable server loop 1 counts
+/// twice for the service.
+TEST(Plan, ServersAreChosenSoThatThoseBelowKeepTheirPlace) {
+    const SketchTable table = sketch({loop(1, 30ms, 100ms, 0), loop(3, 1ms, 8ms, 0)});
+    Overheads overheads(1);
+    overheads[0].interferers.push_back(
+        {.name = "interrupts", .cost = 1500us, .interval = 8ms, .jitter = 8ms});
+    Plan alone(true);
+    ASSERT_TRUE(admit(alone, overheads, table));
+    EXPECT_TRUE(spec_of(alone.specs(), 1).deferrable);
+    overheads[0].below = {10ms, 100ms};
+    Plan beside(true);
+    ASSERT_TRUE(admit(beside, overheads, table));
+    EXPECT_FALSE(spec_of(beside.specs(), 1).deferrable);
+    sched::CoreLoad load = beside.admission().loads[0];
+    EXPECT_TRUE(sched::keeps_promise_below(load));
+    load.mains[load.mains[0].id == 1 ? 0 : 1].deferrable = true;
+    EXPECT_FALSE(sched::keeps_promise_below(load)) << "what the choice is about";
+    // What has no place in any case costs the loops nothing.
+    overheads[0].below = {90ms, 100ms};
+    Plan hopeless(true);
+    ASSERT_TRUE(admit(hopeless, overheads, table));
+    EXPECT_TRUE(spec_of(hopeless.specs(), 1).deferrable);
 }
 
 TEST(Plan, TheRoomForASleepIsWhatFits) {

@@ -17,7 +17,7 @@ inline std::size_t index_of(const CompletionTime& analysis, VcpuId id) {
 
 inline LoopResponse completion_time(const CoreLoad& load, VcpuId id) {
     const CompletionTime analysis{load};
-    return analysis.verdict(index_of(analysis, id));
+    return analysis.verdicts()[index_of(analysis, id)];
 }
 
 inline Shares shares_in_window(const CoreLoad& load, VcpuId id, Nanoseconds window) {
