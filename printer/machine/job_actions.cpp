@@ -122,6 +122,7 @@ void JobActions::append(const motion::AxisVector& to, double filament_mm, double
 }
 
 Result<void> JobActions::dwell(Seconds duration) {
+    finish_rest();
     // Loop 2 begins a new time line at the first event that it finds. Where nothing moves before
     // the dwell, that would be the dwell's end.
     mark({});
@@ -131,11 +132,13 @@ Result<void> JobActions::dwell(Seconds duration) {
 }
 
 Result<void> JobActions::home(AxisSet axes) {
+    finish_rest();
     parts_.homing.begin(axes);
     return {};
 }
 
 Result<void> JobActions::probe_bed() {
+    finish_rest();
     parts_.homing.probe();
     return {};
 }
@@ -169,6 +172,7 @@ Result<void> JobActions::set_compensation(const gcode::CompensationChange& chang
 
 void JobActions::place(const PlaceAction& action) {
     if (acts_at_once()) return perform(action);
+    finish_rest();
     mark({action});
 }
 

@@ -4,7 +4,8 @@
 //                                  └── request: pause, stop, answer
 //
 // A long move goes to the planner in pieces, as it has room: so M220 and M221 change what is left
-// of it, and a pause need not wait for its end.
+// of it, and a pause need not wait for its end. A line may do more behind a move (G28 behind a part
+// that is left out goes up first, and then homes): that comes behind all of the move's pieces.
 //
 // An action of a job's line happens at its place in the motion, and so does a serial host's. A
 // typed action happens at once, unless it moves. Three things only the machine can do: pause, stop,

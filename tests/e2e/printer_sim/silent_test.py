@@ -40,6 +40,7 @@ BUILT = [
     ("a lift, then nothing", LAST_LABEL + "G91\nG1 Z10 F300\nG90\n", (50, 30, 10.3), 1),
     ("a retraction and a lift, then nothing", LAST_OBJECT + "G1 E-2 F1800\nG1 Z10.3 F300\n", (50, 30, 10.3), -1),
     ("the object itself goes up", LAST_OBJECT.replace("G1 X30 Y30 E1\n", "G1 X30 Y30 E1\nG1 Z9\n") + "M84\n", (50, 30, 9), 1),
+    ("the object itself goes up, then homing", LAST_OBJECT.replace("G1 X30 Y30 E1\n", "G1 X30 Y30 E1\nG1 Z9\n") + "G28 X0 Y0\nM84\n", (0, 0, 9), 1),
     ("names that differ at their ends", two_objects(LONG + "0", LONG + "1") + END, (100, 30, 20), 3),
     ("names with blanks", two_objects("Ultimate Box 1", "Ultimate Box 2") + END, (100, 30, 20), 3),
     ("quotes in quotes", two_objects("'Bob's part 1'", "'Bob's part 2'") + END, (100, 30, 20), 3),

@@ -36,11 +36,14 @@ class Print:
             w.line("SET_VELOCITY_LIMIT SQUARE_CORNER_VELOCITY=%d" % r.choice([5, 8, 20]), plain=True)
         self.define_objects()
         self.start()
-        for layer in range(r.choice([1, 1, 2])):
+        layers = r.choice([1, 1, 2])
+        self.lifted = False
+        for layer in range(layers):
             z = 0.3 * (layer + 1)
             w.move(4, z=z)
             for index in range(len(self.names)):
-                self.object(index, z, layer)
+                is_last = layer == layers - 1 and index == len(self.names) - 1
+                self.object(index, z, layer, is_last and r.random() < 0.4)
         self.finish()
 
     # ---- objects
@@ -72,7 +75,8 @@ class Print:
         else:
             self.w.line("M486 P%d" % index, plain=True)
 
-    def object(self, index, z, layer):
+    def object(self, index, z, layer, lift):
+        """`lift`: the nozzle leaves the part before the mark of the object's end, as some slicers write it."""
         w, r = self.w, self.random
         begin, end = (
             ("EXCLUDE_OBJECT_START NAME=" + self.quoted(self.names[index]), "EXCLUDE_OBJECT_END NAME=" + self.quoted(self.names[index]))
@@ -86,9 +90,13 @@ class Print:
             w.line("M486 A" + self.names[index], plain=True)
         w.left_out = self.out[index]
         self.body(15 + 45 * index + r.uniform(0, 3), 20 + r.uniform(0, 40), z)
+        if lift:
+            self.lift()
         if w.left_out:
             w.left_out = False
             w.behind_left_out = True
+            if lift:
+                w.used.add("the lift is left out")
         w.line(end, plain=True)
 
     def body(self, x, y, z):
@@ -230,18 +238,25 @@ class Print:
                 if out:
                     self.leave_out(index)
 
+    def lift(self):
+        w, r = self.w, self.random
+        self.lifted = True
+        if r.random() < 0.6:
+            w.mode(False)
+        w.move(4, z=w.at[2] + r.choice([1, 3]))
+        if not w.absolute:
+            w.mode(True)
+
     def finish(self):
         """Up, and home, sideways, let go, or nothing more."""
         w, r = self.w, self.random
-        lift = r.random() < 0.85
-        if lift:
-            if r.random() < 0.6:
-                w.mode(False)
-            w.move(4, z=w.at[2] + r.choice([1, 3]))
-            if not w.absolute:
-                w.mode(True)
+        left_high = w.behind_left_out and self.lifted
+        if not self.lifted and r.random() < 0.85:
+            self.lift()
         end = r.randrange(4)
-        if end == 0 and lift:
+        if left_high and end != 1:  # the nozzle may not stay in the part
+            w.pieces.append(intent.Free((None, None, w.at[2], w.at[3])))
+        if end == 0 and self.lifted:
             w.line("G28 X0 Y0", plain=True)
             w.pieces.append(intent.Free((0.0, 0.0, w.at[2], w.at[3]), home="xy"))
             w.used.add("homed at the end")
@@ -291,6 +306,7 @@ LEAVINGS = (
 def job_before(random):
     """A job that leaves as much behind as a file can."""
     lines = ["G28", "M109 S205", "G1 Z5 F240", "G1 X20 Y20 F3000"]
-    lines += random.sample(LEAVINGS, random.randrange(1, 6))
+    # Inches last: no diameter of M200 is 1.75 of them.
+    lines += sorted(random.sample(LEAVINGS, random.randrange(1, 6)), key=lambda line: line == "G20")
     lines += ["G90", "G21", "G1 X21 Y21 F600"] if random.random() < 0.5 else []
     return "\n".join(lines + ["M104 S205", ""])

@@ -1,11 +1,11 @@
 """Prints random files whose meaning is known, and holds the steps against that meaning; the twin's verdict as well.
 
-    meaning_fuzz.py PRINTER_SIM [--seconds S | --count N] [--seed K] [--keep FOLDER]
+    meaning_fuzz.py PRINTER_SIM [--seconds S | --count N] [--seed K] [--keep FOLDER] [--first]
 
 The printer and its twin read a file with readers of their own; where both misread it in the same way, the print
 "matches". Here neither is asked. A generator makes a description and writes it as G-code (generator.py, writer.py), and
 judge.py walks along the description with the steps that the pins saw. One line per difference, with the seed; the files
-are kept with --keep. It ends with 0 only when there was none.
+are kept with --keep. It ends with 0 only when there was none; --first ends it at the first one.
 """
 
 import argparse
@@ -51,11 +51,13 @@ class Trial:
         found = json.loads(report.read_text(encoding="utf-8"))
         if found["refused"]:
             return "refused: line %d, %s" % (found["refused"]["line"], found["refused"]["why"])
-        if not found["completed"] or found["error"]:
+        if found["error"]:
             return "not completed: %s" % found["error"]
         wrong = judge.judge(judge.read_steps(steps), self.print.pieces)
         if wrong:
             return wrong + (" (and the twin says that it matches)" if found["matches"] else "")
+        if not found["completed"]:
+            return "right, and the twin says that not all of it was made"
         if not found["matches"]:
             return "right, and the twin says: " + "; ".join(found["differences"])[:300]
         return None
@@ -76,6 +78,7 @@ def main():
     parser.add_argument("--count", type=int, default=40)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--keep", type=pathlib.Path)
+    parser.add_argument("--first", action="store_true")
     options = parser.parse_args()
     until = time.monotonic() + options.seconds
     tried = wrong = 0
@@ -93,6 +96,8 @@ def main():
                 print("seed %d: %s" % (trial.seed, said), flush=True)
                 if options.keep:
                     keep(trial, options.keep, said)
+                if options.first:
+                    break
     print("%d files, %d differences; %s" % (tried, wrong, ", ".join("%s %d" % each for each in sorted(used.items()))))
     return 1 if wrong or not tried else 0
 
