@@ -13,6 +13,7 @@
 #include "base/text.h"
 #include "base/whole_number.h"
 #include "board/linux/kernel_text.h"
+#include "posix/guarded_file.h"
 #include "posix/system_error.h"
 #include "posix/unique_fd.h"
 
@@ -22,10 +23,9 @@ namespace {
 constexpr std::size_t kReportMost = 256 * 1024;
 
 /// Does any process of a printer hold the lock on this folder (run_lock.h)?
-bool runs_with(const std::filesystem::path& folder) {
-    const posix::UniqueFd lock{
-        ::open((folder / "run.lock").c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK)};
-    return lock.valid() && ::flock(lock.get(), LOCK_SH | LOCK_NB) != 0;
+bool runs_with(const std::filesystem::path& folder, uid_t owner) {
+    const auto lock = posix::open_guarded(folder / "run.lock", O_RDONLY, owner);
+    return lock && ::flock(lock->get(), LOCK_SH | LOCK_NB) != 0;
 }
 
 }  // namespace
@@ -65,20 +65,18 @@ std::string first_screen(const ScreenFacts& facts) {
 
 Result<std::string> kept_report(const std::filesystem::path& folder) {
     const std::filesystem::path path = folder / "report.txt";
-    const posix::UniqueFd file{::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK)};
-    if (!file.valid() && errno == ENOENT)
+    struct stat owner {};
+    if (::lstat(folder.c_str(), &owner) != 0 && errno != ENOENT)
+        return posix::system_error("look at", folder.native());
+    // The service's user, or whoever started that printer.
+    const Result<std::string> kept = posix::read_guarded(path, kReportMost, owner.st_uid);
+    if (!kept && kept.error().code == ErrorCode::not_found)
         return make_error(ErrorCode::not_found, "no printer has run with ", folder.native(),
                           ": start one with ./run, or name its folder with --state");
-    struct stat found {};
-    if (!file.valid() || ::fstat(file.get(), &found) != 0) return posix::system_error("read", path.native());
-    if (!S_ISREG(found.st_mode))
-        return make_error(ErrorCode::not_permitted, path.native(), " is no file: remove it");
-    std::string bytes(kReportMost, '\0');
-    const ssize_t got = ::pread(file.get(), bytes.data(), bytes.size(), 0);
-    bytes.resize(static_cast<std::size_t>(std::max<ssize_t>(got, 0)));
-    const char* now =
-        runs_with(folder) ? "This printer runs now.\n" : "No printer runs there now; the last one's:\n";
-    return now + plain_lines(bytes);
+    if (!kept) return kept.error();
+    const char* now = runs_with(folder, owner.st_uid) ? "This printer runs now.\n"
+                                                      : "No printer runs there now; the last one's:\n";
+    return now + plain_lines(*kept);
 }
 
 }  // namespace qduino::launcher

@@ -11,9 +11,8 @@ namespace qduino::launcher {
 /// Programs, page and machine file may lie in a home that is closed to others.
 inline constexpr std::array kMachineRights{CAP_DAC_READ_SEARCH, CAP_SYS_NICE};
 
-/// The supervisor, its heat watch and the sketch. Root itself may not make a control group without
-/// the first: its folders are closed even to their owner.
-inline constexpr std::array kSketchRights{CAP_DAC_OVERRIDE, CAP_NET_ADMIN, CAP_IPC_LOCK, CAP_SYS_NICE,
+/// The supervisor, its heat watch and the sketch.
+inline constexpr std::array kSketchRights{CAP_DAC_READ_SEARCH, CAP_NET_ADMIN, CAP_IPC_LOCK, CAP_SYS_NICE,
                                           CAP_SYS_RESOURCE};
 
 /// Until it has become its user: then none.
@@ -25,8 +24,8 @@ inline constexpr std::array kPortRights{CAP_DAC_READ_SEARCH, CAP_SETGID, CAP_SET
                                         CAP_SYS_RESOURCE};
 
 /// What it hands on; and to give files away, to act as the service's user, to end its processes.
-inline constexpr std::array kLauncherRights{
-    CAP_CHOWN,   CAP_DAC_OVERRIDE, CAP_DAC_READ_SEARCH, CAP_KILL,      CAP_SETGID,   CAP_SETUID,
-    CAP_SETPCAP, CAP_NET_ADMIN,    CAP_IPC_LOCK,        CAP_SYS_ADMIN, CAP_SYS_NICE, CAP_SYS_RESOURCE};
+inline constexpr std::array kLauncherRights{CAP_CHOWN,     CAP_DAC_READ_SEARCH, CAP_KILL,        CAP_SETGID,
+                                            CAP_SETUID,    CAP_SETPCAP,         CAP_NET_ADMIN,   CAP_IPC_LOCK,
+                                            CAP_SYS_ADMIN, CAP_SYS_NICE,        CAP_SYS_RESOURCE};
 
 }  // namespace qduino::launcher

@@ -4,7 +4,7 @@
 #include <sys/stat.h>
 
 #include "posix/durable_file.h"
-#include "posix/small_file.h"
+#include "posix/guarded_file.h"
 #include "posix/system_error.h"
 #include "posix/unique_fd.h"
 
@@ -14,17 +14,18 @@ namespace {
 
 constexpr std::size_t kFileMax = 64 * 1024;
 
-/// A file of the service's own; empty when there is none, or it is too large to be one.
+/// A file of the service's own; empty when there is none. One of another user is none of its own,
+/// and a link may lead to anything: neither is believed.
 Result<std::string> read_own(const std::filesystem::path& path, bool secret) {
-    const posix::UniqueFd file{::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK)};
-    if (!file.valid() && errno == ENOENT) return std::string{};
+    const Result<posix::UniqueFd> file = posix::open_guarded(path, O_RDONLY);
+    if (!file && file.error().code == ErrorCode::not_found) return std::string{};
+    if (!file) return file.error();
     struct stat found {};
-    if (!file.valid() || ::fstat(file.get(), &found) != 0) return posix::system_error("open", path.native());
+    if (::fstat(file->get(), &found) != 0) return posix::system_error("look at", path.native());
     if (secret && (found.st_mode & 077) != 0)
         return make_error(ErrorCode::not_permitted, "others may read the private key; chmod 600 ",
                           path.native());
-    if (!S_ISREG(found.st_mode) || static_cast<std::size_t>(found.st_size) > kFileMax) return std::string{};
-    return posix::read_to_end(file.get(), path.native());
+    return posix::read_at_most(file->get(), kFileMax, path);
 }
 
 }  // namespace

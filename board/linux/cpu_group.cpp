@@ -6,7 +6,6 @@
 #include <signal.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -18,13 +17,11 @@
 #include "base/text.h"
 #include "base/whole_number.h"
 #include "board/linux/clock.h"
+#include "board/linux/closed_folder.h"
 #include "board/linux/kernel_text.h"
 #include "board/linux/real_time_thread.h"
-#include "posix/system_error.h"
 
 namespace qduino::board::linux {
-
-using posix::system_error;
 
 namespace {
 
@@ -101,11 +98,9 @@ std::vector<std::string> line_of(const Hierarchy& hierarchy) {
     return line;
 }
 
-bool writable(const std::string& path) { return ::access(path.c_str(), W_OK) == 0; }
-
 /// A process can be put into a new group of `parent`.
 bool takes_groups(const std::string& parent) {
-    return writable(parent) && writable(parent + "/cgroup.procs");
+    return takes_folders(parent) && ::access((parent + "/cgroup.procs").c_str(), W_OK) == 0;
 }
 
 /// Gives the groups in `parent` the cpu controller. The kernel refuses that to a group with
@@ -221,11 +216,11 @@ CpuGroup::CpuGroup(const CpuGroupPlace& place, const std::string& name)
 
 Result<void> CpuGroup::make(Nanoseconds budget, Nanoseconds period) {
     for (std::size_t i = 0; i < folders_.size(); ++i) {
-        if (::mkdir(folders_[i].c_str(), 0755) == 0) continue;
-        const Error failed = system_error("make the control group", folders_[i]);
+        Result<void> made = make_folder_in_closed(folders_[i]);
+        if (made) continue;
         folders_.resize(i);
         static_cast<void>(remove_group(folders_, Nanoseconds{0}));
-        return failed;
+        return made;
     }
     Result<void> set = set_budget(budget, period);
     if (!set) static_cast<void>(remove_group(folders_, Nanoseconds{0}));
@@ -282,7 +277,9 @@ bool remove_group(const std::vector<std::string>& folders, Nanoseconds patience)
     bool gone = true;
     for (const std::string& folder : folders) {
         if (!std::filesystem::path{folder}.filename().native().starts_with(kGroupPrefix)) return false;
-        while (::rmdir(folder.c_str()) != 0 && errno != ENOENT) {
+        for (;;) {
+            const Result<void> removed = remove_folder_in_closed(folder);
+            if (removed || removed.error().code == ErrorCode::not_found) break;
             // Again and again: a process may have forked meanwhile.
             signal_group(folder, SIGKILL);
             if (monotonic_now() >= until) {

@@ -12,6 +12,7 @@
 
 #include "base/contract.h"
 #include "base/whole_number.h"
+#include "board/linux/closed_folder.h"
 #include "board/linux/kernel_text.h"
 #include "board/linux/real_time_thread.h"
 #include "posix/guarded_file.h"
@@ -57,11 +58,11 @@ Result<void> dissolve_group(const std::string& path) {
         // A task may have ended meanwhile.
         for (const std::string_view task : words(tasks))
             static_cast<void>(write_small_file(parent + list, task));
-        if (::rmdir(path.c_str()) == 0) return {};
-        if (errno != EBUSY) break;
+        Result<void> removed = remove_folder_in_closed(path);
+        if (removed || removed.error().code != ErrorCode::unavailable) return removed;
         ::usleep(2000);  // a task that is on its way out still counts
     }
-    return system_error("remove", path);
+    return remove_folder_in_closed(path);
 }
 
 CpuList affinity_of(pid_t tid) {
@@ -195,8 +196,9 @@ Result<void> HostSettings::change(const std::string& path, std::string_view text
 
 Result<void> HostSettings::make_group(const std::string& path) {
     QDUINO_TRY(record("group\t", path));
-    if (::mkdir(path.c_str(), 0755) == 0 || errno == EEXIST) return {};
-    return system_error("make", path);
+    Result<void> made = make_folder_in_closed(path);
+    if (!made && made.error().code == ErrorCode::already_exists) return {};
+    return made;
 }
 
 Result<void> HostSettings::record_affinity(pid_t tid, const CpuList& cpus) {

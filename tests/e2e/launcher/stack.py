@@ -58,10 +58,13 @@ def holders_of(file):
 
 
 class Stack:
-    def __init__(self, *options, state=None, port=None):
+    def __init__(self, *options, state=None, port=None, before=()):
+        """`before`: what stands before the command. `self.reach` asks from where the printer can be reached."""
         self.state = state or tempfile.mkdtemp(prefix="launcher-e2e-")
         self.port = port or free_port()
         self.options = options
+        self.before = list(before)
+        self.reach = lambda ask: ask()
         self.said = ""
         self.folders_made = set()
         self.start()
@@ -69,7 +72,7 @@ class Stack:
     def start(self):
         command = [os.path.join(os.path.dirname(service.PRINTD), "printer-launcher"), "--state", self.state, "--ui",
                    os.path.join(ROOT, "web", "ui", "dist"), "--port", str(self.port), *self.options]
-        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        self.process = subprocess.Popen(self.before + command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         self.said = ""
         self.reader = threading.Thread(target=self.listen, args=(self.process.stdout,), daemon=True)
         self.reader.start()
@@ -135,6 +138,9 @@ class Stack:
 
     def request(self, method, path, body=None, headers=None, timeout_s=20):
         """(status, content); (0, reason) when nobody answers."""
+        return self.reach(lambda: self.ask(method, path, body, headers, timeout_s))
+
+    def ask(self, method, path, body, headers, timeout_s):
         connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=timeout_s)
         fields = {"X-Api-Key": read(os.path.join(self.state, "api-key")).strip(), **(headers or {})}
         try:

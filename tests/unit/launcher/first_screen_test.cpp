@@ -13,11 +13,14 @@
 #include "apps/launcher/run_log.h"
 #include "apps/launcher/sketch_report.h"
 #include "base/parts.h"
+#include "tests/unit/linux/stranger.h"
 
 namespace qduino::launcher::first_screen_test {
 namespace {
 
 namespace fs = std::filesystem;
+using test::kStranger;
+using test::why_no_stranger;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
@@ -96,6 +99,22 @@ TEST_F(FirstScreen, AReportThatAnotherUserPutThereIsHarmless) {
     fs::remove(folder_ / "report.txt");
     ASSERT_EQ(::mkfifo((folder_ / "report.txt").c_str(), 0600), 0);
     EXPECT_FALSE(kept_report(folder_).ok()) << "and a pipe is not waited for";
+}
+
+TEST_F(FirstScreen, TheReportIsOfRootOrOfTheFoldersOwner) {
+    if (!why_no_stranger().empty()) GTEST_SKIP() << why_no_stranger();
+    const fs::path report = folder_ / "report.txt";
+    std::ofstream{report} << "What holds\n";
+    ASSERT_EQ(::chown(report.c_str(), kStranger, kStranger), 0);
+    EXPECT_THAT(std::string{kept_report(folder_).error().message.view()},
+                HasSubstr("belongs to another user"));
+    ASSERT_EQ(::chown(folder_.c_str(), kStranger, kStranger), 0);
+    EXPECT_THAT(kept_report(folder_).value(), HasSubstr("What holds\n"));
+    fs::create_hard_link(report, folder_ / "second");
+    EXPECT_FALSE(kept_report(folder_).ok()) << "it may be a foreign file";
+    fs::remove(folder_ / "second");
+    fs::resize_file(report, 1 << 20);
+    EXPECT_FALSE(kept_report(folder_).ok()) << "and it takes no memory";
 }
 
 TEST_F(FirstScreen, TheSketchsWordsAreTwoLinesAndTheReport) {
