@@ -58,29 +58,39 @@ ino_t inode_of(const fs::path& path) {
 }
 
 /// The error in words for a person.
-Error already_running(const fs::path& state, const Error& held, uid_t owner) {
-    const auto read = posix::read_guarded(state / "address", kAddressBytesMax, owner);
+Error already_running(const fs::path& state, const std::string& holders, const ServiceUser& service) {
+    const posix::ActingAs him{service.user, service.group};
+    const auto read = posix::read_guarded(state / "address", kAddressBytesMax, service.user);
     const std::string address = read ? read->substr(0, read->find('\n')) : "";
     return make_error(ErrorCode::already_exists, "a printer is already running with ", state.native(),
                       address.empty() ? "" : "\n  Open   ", address,
-                      "\nStop it (Ctrl-C where it runs), or give another --state and --port.\n(",
-                      held.message, ")");
+                      "\nStop it (Ctrl-C where it runs), or give another --state and --port.\n(held by ",
+                      holders, ")");
+}
+
+/// The lock, by the rights of the service's user.
+Result<posix::UniqueFd> lock_as(const ServiceUser& service, const fs::path& file, Nanoseconds patience) {
+    const posix::ActingAs him{service.user, service.group};
+    return lock_file(file, patience);
 }
 
 /// Takes the lock on the state folder. Waits for the processes of a killed launcher, which are
-/// ending.
-Result<posix::UniqueFd> take_state(const fs::path& state, uid_t owner) {
+/// ending. With all rights of root: without them another user's process does not show what it has
+/// open (proc(5)), and an earlier launcher would not be known.
+Result<posix::UniqueFd> take_state(const fs::path& state, const ServiceUser& service) {
     const fs::path file = state / "run.lock";
-    auto lock = lock_file(file, Nanoseconds{0});
+    auto lock = lock_as(service, file, Nanoseconds{0});
     if (lock || lock.error().code != ErrorCode::already_exists) return lock;
-    for (const Holder& holder : holders_of(file)) {
+    const std::vector<Holder> holders = holders_of(file);
+    for (const Holder& holder : holders) {
         // The kernel keeps 15 bytes of a name; the sketch is called `printer`.
-        if (holder.name == kProgramName.substr(0, 15)) return already_running(state, lock.error(), owner);
+        if (holder.name == kProgramName.substr(0, 15))
+            return already_running(state, names_of(holders), service);
     }
-    say_first("waiting for the processes of an earlier run to end: " + names_of(holders_of(file)));
-    lock = lock_file(file, kPatience);
+    say_first("waiting for the processes of an earlier run to end: " + names_of(holders));
+    lock = lock_as(service, file, kPatience);
     if (lock || lock.error().code != ErrorCode::already_exists) return lock;
-    return already_running(state, lock.error(), owner);
+    return already_running(state, names_of(holders_of(file)), service);
 }
 
 /// "interrupts 9, task groups 2, …": the lines of a settings state file
@@ -138,10 +148,10 @@ Result<std::unique_ptr<Launcher>> Launcher::open(Options options) {
         QDUINO_TRY_ASSIGN(made->service_, find_or_make_user(o.service_user));
         QDUINO_TRY(printd::hand_over_state(o.state, made->service_.user, made->service_.group));
     }
+    QDUINO_TRY_ASSIGN(made->state_lock_, take_state(o.state, made->service_));
     QDUINO_TRY(apps::keep_capabilities(kLauncherRights));
     {
         const posix::ActingAs service = made->as_service();
-        QDUINO_TRY_ASSIGN(made->state_lock_, take_state(o.state, made->service_.user));
         fs::remove(o.state / "address", error);
         QDUINO_TRY_ASSIGN(made->log_, RunLog::make(o.state));
     }

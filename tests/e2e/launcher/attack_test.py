@@ -93,6 +93,15 @@ class Attack(unittest.TestCase):
         self.assertEqual((os.stat(folder).st_uid, own), (0, {"service"}))
         self.assertEqual(os.stat(self.state).st_uid, self.user().pw_uid)
 
+    def test_a_second_printer_with_this_folder_names_the_first_at_once(self):
+        """Whose processes are another user's: their names are found all the same."""
+        self.start()
+        second = Stack(*self.options, state=self.state)
+        self.assertEqual(second.wait_end(), 1)
+        self.assertIn("already running", second.said)
+        self.assertIn("(held by print", second.said)  # printer-launche, printd, printer-sim; a long error is cut
+        self.assertNotIn("waiting", second.said)
+
     def test_links_in_memory_lead_root_nowhere(self):
         self.start()
         folder = os.path.join(MEMORY, self.stack.folder())
