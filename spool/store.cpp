@@ -139,14 +139,16 @@ bool is_wanted(SQLite::Database& database, const std::string& sha256, JobId exce
 struct Store::Database {
     SQLite::Database connection;
     std::function<bool()> make_room = [] { return false; };
+    int failed_with = 0;  ///< SQLite's code of the last failure
 
     /// Runs `work`, and turns an exception of SQLite into an Error. Where the disk was full it is
     /// run once more, when room can be made.
     template <typename Value, typename Work>
     Result<Value> guarded(Work&& work) {
         Result<Value> done = attempted<Value>(work);
-        // A full disk shows as an error of input and output where SQLite grows its log's index.
-        const int code = sqlite3_errcode(connection.getHandle()) & 0xff;
+        // A full disk shows as an error of input and output where SQLite grows its log's index. The
+        // connection itself does not know any more: a transaction has been rolled back since.
+        const int code = failed_with & 0xff;
         if (done || (code != SQLITE_FULL && code != SQLITE_IOERR) || !make_room()) return done;
         return attempted<Value>(work);
     }
@@ -160,6 +162,7 @@ struct Store::Database {
                 return work();
             }
         } catch (const SQLite::Exception& exception) {
+            failed_with = exception.getErrorCode();
             return as_error(exception);
         }
     }

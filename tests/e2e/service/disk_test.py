@@ -7,6 +7,7 @@ import ctypes
 import json
 import os
 import shutil
+import signal
 import sys
 import unittest
 
@@ -18,13 +19,13 @@ LIBC = ctypes.CDLL(None, use_errno=True)
 DISK_MIB = 160
 
 
-def mount_small_disk(path):
+def mount_small_disk(path, mib=DISK_MIB):
     """Why it cannot be; None: it is mounted, and seen by this process and its children alone."""
     if os.geteuid() != 0:
         return "only root can mount a small disk: run this test as root"
     if LIBC.unshare(CLONE_NEWNS) != 0 or LIBC.mount(None, b"/", None, MS_REC | MS_PRIVATE, None) != 0:
         return "no mount namespaces here"
-    if LIBC.mount(b"small", path.encode(), b"tmpfs", 0, b"mode=0700,size=%dm" % DISK_MIB) != 0:
+    if LIBC.mount(b"small", path.encode(), b"tmpfs", 0, b"mode=0700,size=%dm" % mib) != 0:
         return "no tmpfs can be mounted here"
     return None
 
@@ -81,6 +82,23 @@ class FullDisk(unittest.TestCase):
         self.printd.start()
         self.assertEqual(sorted(job["name"] for job in self.printd.jobs()), ["b.gcode", "c.gcode"])
         self.assertIsNotNone(second)
+
+    def test_a_killed_service_comes_back_on_a_full_disk_and_its_owner_can_act(self):
+        for seed in range(12):
+            self.printd.put("%d.gcode" % seed, gcode(5000, seed))
+        self.printd.process.send_signal(signal.SIGSTOP)  # or the room that it gives up meanwhile is taken, too
+        self.fill()
+        self.printd.kill()
+        self.printd.start()
+        wait_until(lambda: self.printd.machine()["connected"], "the service found the machine")
+        self.assertTrue(os.path.exists(os.path.join(self.printd.state, "ballast")))
+        self.assertEqual(self.login()[0], 204)
+        for _ in range(20):
+            for path in ("queue/hold", "queue/release"):
+                status, answer, _ = self.printd.request("POST", "/api/v1/" + path)
+                self.assertEqual(status, 202, (path, answer))
+        self.assertFalse(os.path.exists(os.path.join(self.printd.state, "ballast")), "the kept room was needed")
+        self.assertEqual(self.printd.request("DELETE", "/api/v1/jobs/%d" % self.printd.jobs()[0]["id"])[0], 204)
 
     def test_a_state_folder_that_vanishes_is_told(self):
         self.assertEqual(self.printd.request("GET", "/healthz", key=False)[0], 200)
