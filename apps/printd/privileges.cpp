@@ -12,6 +12,7 @@
 #include "apps/printd/state_folder.h"
 #include "apps/rights/rights.h"
 #include "posix/acting_as.h"
+#include "posix/ends_with_parent.h"
 #include "posix/guarded_file.h"
 #include "posix/system_error.h"
 
@@ -49,6 +50,7 @@ Result<void> become(const std::string& user, const std::filesystem::path& state,
     count = std::min(count, static_cast<int>(groups.size()));
     QDUINO_TRY(hand_over_state(state, found.pw_uid, found.pw_gid));
     if (last_as_root) last_as_root();
+    const posix::EndsWithParent kept;
     QDUINO_TRY(apps::bound_capabilities({}));
     if (::setgroups(static_cast<std::size_t>(count), groups.data()) != 0 || ::setgid(found.pw_gid) != 0 ||
         ::setuid(found.pw_uid) != 0) {

@@ -102,6 +102,15 @@ class Attack(unittest.TestCase):
         self.assertIn("(held by print", second.said)  # printer-launche, printd, printer-sim; a long error is cut
         self.assertNotIn("waiting", second.said)
 
+    def test_a_killed_launcher_takes_the_other_users_processes_with_it(self):
+        """The kernel forgets that a process wants to end with its parent where it becomes another user."""
+        self.options += ("--serial-port", "pty")
+        self.start()
+        self.assertTrue(self.stack.pid_of("printd") and self.stack.pid_of("printer-port"))
+        self.stack.process.kill()
+        self.stack.wait_end()
+        wait_until(lambda: not self.stack.processes(), "all have ended; there are %s" % self.stack.processes())
+
     def test_links_in_memory_lead_root_nowhere(self):
         self.start()
         folder = os.path.join(MEMORY, self.stack.folder())
