@@ -19,6 +19,8 @@ namespace {
 
 /// For a host that opens a pty, a service that comes up, a sketch that starts anew.
 constexpr Nanoseconds kLookEvery = 50ms;
+/// More than the kernel keeps of a terminal's bytes (64 KiB; its drivers/tty/tty_buffer.c).
+constexpr int kLastReads = 2 * 65'536 / PortRelay::kAtOnce;
 
 bool would_block() { return errno == EAGAIN || errno == EINTR; }
 
@@ -58,18 +60,25 @@ void PortRelay::look_around() {
     find_link();
     vcpu_.follow(link_ ? &link_.get()->port_vcpu : nullptr);
     const bool was_there = std::exchange(there_, port_.host_is_there());
-    if (was_there != there_) {
-        scanner_ = {};
-        to_host_.clear();
+    if (!there_) return hear_out();
+    if (!was_there) begin_anew();
+    if (!service_.valid()) connect();
+}
+
+/// A host has gone, or has come and gone since the last look: what it said last is still in the
+/// port, an M112 maybe (`echo M112 > STATE/serial`). It goes to the service before the end.
+void PortRelay::hear_out() {
+    for (int reads = 0; reads < kLastReads && take_from_host(); ++reads) {
+        if (service_.valid()) give_to_service();
     }
-    if (there_ && !service_.valid()) connect();
-    if (there_ || !was_there) return;
-    // What it said last goes to the service before the end.
-    there_ = false;
-    take_from_host();
-    if (service_.valid()) give_to_service();
     to_service_.begin();
     service_.reset();
+    begin_anew();
+}
+
+void PortRelay::begin_anew() {
+    scanner_ = {};
+    to_host_.clear();
 }
 
 void PortRelay::find_link() {
@@ -82,14 +91,15 @@ void PortRelay::connect() {
     if (auto connected = apps::connect_relay(service_path_)) service_ = std::move(*connected);
 }
 
-void PortRelay::take_from_host() {
+bool PortRelay::take_from_host() {
     std::array<char, kAtOnce> bytes;
     const Result<std::size_t> count = port_.read(bytes);
-    if (!count.ok() || *count == 0) return;
+    if (!count.ok() || *count == 0) return false;
     const std::span<const char> came = std::span{bytes}.first(*count);
     if (scanner_.feed(came).stop) stop_printer();
     to_service_.append(came);
     if (!service_.valid()) to_service_.drop();
+    return true;
 }
 
 /// The sketch may have been started anew since the last look.

@@ -50,7 +50,10 @@ class PortRelay {
     void look_around();
     void find_link();
     void connect();
-    void take_from_host();
+    void hear_out();
+    void begin_anew();
+    /// False: there was nothing.
+    bool take_from_host();
     void stop_printer();
     void give_to_service();
     void take_from_service();

@@ -98,6 +98,31 @@ TEST_F(PortRelayTest, M112StopsThePrinterWithNoServiceAtAll) {
     EXPECT_GT(link->get()->port_stop_ns.load(), 0);
 }
 
+TEST_F(PortRelayTest, AHostThatHasGoneIsHeardToItsLastByte) {
+    const auto link = apps::create_link(folder / "link", 1);
+    ASSERT_TRUE(link.ok());
+    open();
+    for (int turns = 0; turns < 3; ++turns) relay->turn();
+    for (int i = 0; i < 500; ++i) say("G1 X90 Y20 F6000\n");
+    say("M11");
+    say("2\n");
+    host.reset();
+    EXPECT_TRUE(turn_until([&] { return link->get()->emergency.load() == 1; }));
+}
+
+TEST_F(PortRelayTest, AHostThatCameAndWentBetweenTwoLooksIsHeard) {
+    const auto link = apps::create_link(folder / "link", 1);
+    ASSERT_TRUE(link.ok());
+    for (int turns = 0; turns < 3; ++turns) relay->turn();
+    open();
+    say("M112\n");
+    host.reset();
+    EXPECT_TRUE(turn_until([&] { return link->get()->emergency.load() == 1; }));
+    open();
+    for (int turns = 0; turns < 3; ++turns) relay->turn();
+    EXPECT_EQ(link->get()->emergency.load(), 1u) << "and heard once";
+}
+
 TEST_F(PortRelayTest, ItStopsTheSketchThatRunsNow) {
     const auto before = apps::create_link(folder / "link", 1);
     ASSERT_TRUE(before.ok());
