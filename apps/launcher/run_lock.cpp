@@ -9,6 +9,7 @@
 
 #include "base/whole_number.h"
 #include "board/linux/clock.h"
+#include "posix/acting_as.h"
 #include "posix/guarded_file.h"
 #include "posix/small_file.h"
 #include "posix/system_error.h"
@@ -32,6 +33,25 @@ uid_t owner_of(const fs::path& file) {
 bool is_own_folder(const fs::path& path) {
     struct stat found {};
     return ::lstat(path.c_str(), &found) == 0 && S_ISDIR(found.st_mode) && found.st_uid == ::geteuid();
+}
+
+/// Removes a folder in memory. What the service has made in its own folder there is removed by the
+/// service's rights: root gave up the right to write in another user's.
+bool remove_with_contents(const fs::path& path) {
+    std::error_code error;
+    for (fs::directory_iterator at{path, error}, end; !error && at != end; at.increment(error)) {
+        struct stat found {};
+        if (::lstat(at->path().c_str(), &found) != 0 || !S_ISDIR(found.st_mode)) continue;
+        const posix::ActingAs owner{found.st_uid, found.st_gid};
+        std::error_code unreadable;
+        for (fs::directory_iterator in{at->path(), unreadable}; !unreadable && in != end;
+             in.increment(unreadable)) {
+            std::error_code ignored;
+            fs::remove_all(in->path(), ignored);
+        }
+    }
+    fs::remove_all(path, error);
+    return !error;
 }
 
 bool has_open(const fs::path& process, const fs::path& file) {
@@ -94,8 +114,7 @@ Result<MemoryFolder> MemoryFolder::make(const fs::path& parent, std::optional<gi
 }
 
 MemoryFolder::~MemoryFolder() {
-    std::error_code ignored;
-    if (lock_.valid()) fs::remove_all(path_, ignored);
+    if (lock_.valid()) static_cast<void>(remove_with_contents(path_));
 }
 
 int MemoryFolder::sweep(const fs::path& parent) {
@@ -109,8 +128,7 @@ int MemoryFolder::sweep(const fs::path& parent) {
         const fs::path lock = at->path() / kLockName;
         std::error_code unreadable;
         if (!fs::exists(lock, unreadable) || !lock_file(lock, Nanoseconds{0})) continue;
-        fs::remove_all(at->path(), unreadable);
-        removed += unreadable ? 0 : 1;
+        removed += remove_with_contents(at->path()) ? 1 : 0;
     }
     return removed;
 }

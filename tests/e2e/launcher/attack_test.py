@@ -107,9 +107,16 @@ class Attack(unittest.TestCase):
         self.options += ("--serial-port", "pty")
         self.start()
         self.assertTrue(self.stack.pid_of("printd") and self.stack.pid_of("printer-port"))
+        left = {self.stack.folder()}
         self.stack.process.kill()
         self.stack.wait_end()
         wait_until(lambda: not self.stack.processes(), "all have ended; there are %s" % self.stack.processes())
+        self.stack.start()
+        self.stack.wait_open()
+        self.assertFalse(left & self.stack.folders_left(), "the next one removes what it had left in memory")
+        self.stack.process.send_signal(signal.SIGTERM)
+        self.stack.wait_end()
+        self.assertEqual(self.stack.folders_left(), set())
 
     def test_links_in_memory_lead_root_nowhere(self):
         self.start()
