@@ -1,15 +1,23 @@
 #!/usr/bin/env python3
 """A storm of kills over a printer that works: at random moments of uploads, prints, pauses and cancels, beside two busy processes and
-a busy disk, one of its processes is killed with SIGKILL: service, sketch, supervisor, watcher, virtual machine, launcher (./run).
+a busy disk, one of its processes is killed with SIGKILL: service, serial port, name on the network, sketch, supervisor, watcher,
+virtual machine, launcher (./run). Two blows more come among them: a serial host fills every queue and then says M112, and the disk of
+the state folder becomes full while the service is killed.
 
     tests/e2e/storm/storm.py --kills 1000 [--seed 7]        some 40 minutes; ./test runs a short one
+
+The printer is started with --lan in a network of its own, and a visitor uploads from another computer of it, by TLS. Without root, or
+without network namespaces, it listens for this computer alone.
 
 What has to hold, and who says so:
 
     heat off within 200 ms of the kill      the twin, which sees pins alone (the pulse of a heater that ended, in CLOCK_MONOTONIC).
                                             Not asked where the virtual machine itself was killed: power failed, and it comes back cold;
-                                            nor where the print service or the watcher was: the print goes on
-    the watcher comes back                  /proc: the supervisor has started another within 10 s
+                                            nor where a process was killed without which the print goes on
+    heat off within 200 ms of an M112       the same; from its last byte on, behind more bytes than all queues hold
+    who is killed comes back                /proc: watcher, serial port and name within 10 s
+    a full disk stops nobody                pause, hold and login are answered, and the killed service comes back
+    memory is bounded                       /proc: the most that the service and the port ever took
     no acknowledged upload lost             every job that was answered with 201 is there at the end, byte for byte (SHA-256)
     nothing printed twice                   the journal: one copy is one attempt, begun durably before its first byte left
     nothing left                            no process, no entry in /dev/shm, none at real-time priority, the computer's settings as before
@@ -19,25 +27,41 @@ The time of 200 ms is a bound of safety and no measure of speed: what was seen i
 
 import argparse
 import collections
+import contextlib
 import hashlib
 import json
 import os
 import random
 import signal
+import shutil
 import socket
 import sqlite3
+import ssl
 import subprocess
 import sys
 import tempfile
 import threading
 import time
 
-sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "launcher"))
+HERE = os.path.dirname(os.path.abspath(__file__))
+sys.path[:0] = [os.path.join(HERE, "..", folder) for folder in ("launcher", "reach", "service")]
+from disk_test import LIBC, mount_small_disk  # noqa: E402
+from network import Lan, can_make_networks  # noqa: E402
 from stack import Stack, read, service  # noqa: E402
 
 HEAT_OFF_S = 0.2
+BACK_S = 10
+MEMORY_KB_MAX = 256 * 1024
+USER = "qduino-printer"
+NAME = "qduino-storm"
 # Whom to kill, how often among the others. "watcher": the supervisor's own second process.
-VICTIMS = {"printd": 5, "printer": 5, "supervisor": 3, "watcher": 2, "virtual-machine": 2, "launcher": 3}
+VICTIMS = {"printd": 5, "printer": 5, "supervisor": 3, "watcher": 2, "virtual-machine": 2, "launcher": 3, "printer-port": 2}
+ON_THE_LAN = {"printer-name": 2}
+WITH_A_DISK = {"full disk": 2}
+M112 = {"M112 behind a full queue": 2}
+# The print goes on without them.
+BESIDE = ("printd", "watcher", "printer-port", "printer-name")
+COMES_BACK = ("watcher", "printer-port", "printer-name")
 SETTINGS = ("/proc/sys/kernel/sched_rt_runtime_us", "/proc/irq/default_smp_affinity")
 
 
@@ -55,23 +79,43 @@ def job_text(generator, number):
 class Load:
     """Two processes that compute and one that writes and syncs, as ordinary processes."""
 
-    def __init__(self, folder):
+    def __init__(self):
+        self.folder = tempfile.mkdtemp(prefix="storm-load-")
         spin = [sys.executable, "-c", "while True: sum(range(100000))"]
         disk = [sys.executable, "-c", "import os,sys\nwhile True:\n f=open(sys.argv[1],'wb'); [f.write(os.urandom(1<<20)) for _ in range(8)]"
-                                      "; f.flush(); os.fsync(f.fileno()); f.close()", os.path.join(folder, "load")]
+                                      "; f.flush(); os.fsync(f.fileno()); f.close()", os.path.join(self.folder, "load")]
         self.processes = [subprocess.Popen(command) for command in (spin, spin, disk)]
 
     def stop(self):
         for process in self.processes:
             process.kill()
             process.wait()
+        shutil.rmtree(self.folder, ignore_errors=True)
 
 
 class Storm:
-    def __init__(self, seed):
+    def __init__(self, seed, kills):
         self.random = random.Random(seed)
-        self.stack = Stack()
-        os.chmod(self.stack.state, 0o755)
+        self.victims = dict(VICTIMS, **M112)
+        self.lan = None if can_make_networks() else Lan(["printer", "visitor"])
+        self.state = tempfile.mkdtemp(prefix="storm-")
+        self.has_disk = mount_small_disk(self.state, 160 + kills // 2) is None  # room for every upload
+        os.chmod(self.state, 0o755)
+        options, before = ["--serial-port", "pty"], []
+        if os.geteuid() == 0:
+            options += ["--run-as", USER]
+        if self.lan:
+            options += ["--lan", "--name", NAME]
+            before = ["nsenter", "--net=/run/netns/" + self.lan.spaces["printer"]]
+            self.victims.update(ON_THE_LAN)
+        if self.has_disk:
+            self.victims.update(WITH_A_DISK)
+        self.stack = Stack(*options, state=self.state, before=before)
+        if self.lan:
+            self.stack.reach = lambda ask: self.lan.on("printer", ask)
+        self.memory_kb = collections.Counter()
+        self.refused = 0
+        self.hands = threading.Lock()  # of who operates the printer
         self.acknowledged = {}  # job → SHA-256
         self.heat_off_ms = collections.defaultdict(list)
         self.kills = collections.Counter()
@@ -97,14 +141,45 @@ class Storm:
                 self.acknowledged[job["id"]] = hashlib.sha256(content).hexdigest()
             time.sleep(generator.uniform(0.3, 3) if len(self.acknowledged) < 400 else 3)
 
+    def visit(self):
+        """From another computer, by TLS, believing the printer's own certificate alone."""
+        generator = random.Random(self.random.random())
+        number = 0
+        while self.lan and not self.stopping.is_set():
+            time.sleep(generator.uniform(1, 4))
+            number += 1
+            content = job_text(generator, 100_000 + number)
+            try:
+                job = self.upload_by_tls("visit%d.gcode" % number, content)
+            except (OSError, ValueError):
+                continue
+            self.acknowledged[job] = hashlib.sha256(content).hexdigest()
+
+    def upload_by_tls(self, name, content):
+        """The job's number; ValueError: it was not taken."""
+        context = ssl.create_default_context(cafile=os.path.join(self.state, "tls", "certificate.pem"))
+        here = self.lan.address["printer"]
+        head = "PUT /api/v1/jobs/%s HTTP/1.1\r\nHost: %s:%d\r\nX-Api-Key: %s\r\nContent-Length: %d\r\nConnection: close\r\n\r\n" % (
+            name, here, self.stack.port, read(os.path.join(self.state, "api-key")).strip(), len(content))
+        answer = b""
+        with context.wrap_socket(self.lan.connect("visitor", here, self.stack.port), server_hostname=here) as wire:
+            wire.sendall(head.encode() + content)
+            while piece := wire.recv(65536):
+                answer += piece
+        head, _, body = answer.partition(b"\r\n\r\n")
+        if not head.startswith(b"HTTP/1.1 201"):
+            raise ValueError(head)
+        return json.loads(body)["id"]
+
     def operate(self):
         generator = random.Random(self.random.random())
         while not self.stopping.is_set():
-            for path in ("/api/v1/machine/bed-cleared", "/api/v1/queue/release", "/api/v1/machine/clear-fault"):
-                self.stack.request("POST", path)
-            what = generator.choices(("pause", "resume", "cancel", "nothing"), (2, 8, 1, 12))[0]
-            if what != "nothing":
-                self.stack.request("POST", "/api/v1/machine/" + what)
+            with self.hands:
+                for path in ("/api/v1/machine/bed-cleared", "/api/v1/queue/release", "/api/v1/machine/clear-fault"):
+                    self.stack.request("POST", path)
+                what = generator.choices(("pause", "resume", "cancel", "nothing"), (2, 8, 1, 12))[0]
+                if what != "nothing":
+                    self.stack.request("POST", "/api/v1/machine/" + what)
             time.sleep(generator.uniform(0.05, 0.6))
 
     # ---- the kills -------------------------------------------------------------------------------
@@ -160,13 +235,96 @@ class Storm:
         elif was_hot:
             self.count_heat("launcher", max(times) - killed_at, True)
 
+    def say_m112(self):
+        """More than all queues hold, and then M112. The instant when its last byte was taken; None: there is no port now."""
+        try:
+            port = os.open(os.path.join(self.state, "serial"), os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
+        except OSError:
+            return None
+        rest = b"G4 P1\n" * 50_000 + b"M112\n"
+        until = time.monotonic() + 10
+        try:
+            while rest and time.monotonic() < until:
+                try:
+                    rest = rest[os.write(port, rest[:4096]):]
+                except BlockingIOError:
+                    time.sleep(0.001)
+            return None if rest else time.monotonic()
+        except OSError:
+            return None
+        finally:
+            os.close(port)
+
+    def stop_by_m112(self, victim):
+        def listeners():
+            return [self.victim_pid(name) for name in ("printer-port", "printer")]
+        with self.hands:  # nobody clears the fault before it was seen
+            before, there = self.ask_twin(), listeners()
+            if not before or None in there or self.stack.machine_state() in ("no answer", "disconnected", "starting", "faulted"):
+                return False
+            said_at = self.say_m112()
+            if said_at is None or listeners() != there:  # nobody has heard it
+                return False
+            self.kills[victim] += 1
+            self.heat_after(victim, said_at, is_hot(before))
+        return True
+
+    def take_last_block(self):
+        with open(os.path.join(self.state, "filler"), "ab", buffering=0) as file:
+            for size in (1 << 20, 4096, 1):
+                try:
+                    while file.write(b"x" * size) == size:
+                        pass
+                except OSError:
+                    continue
+
+    def answered_on_a_full_disk(self, path, body=None):
+        status, said = self.stack.request("POST", path, body)
+        if status // 100 != 2 and status != 409:
+            self.fail("with a full disk %s is answered by %d: %s" % (path, status, said))
+
+    def fill_disk(self, victim):
+        """Takes the last block, kills the service, and asks for what must work then."""
+        login = {"key": read(os.path.join(self.state, "api-key")).strip()}
+        try:
+            pid = self.victim_pid("printd")
+            if pid is None:
+                return False
+            os.kill(pid, signal.SIGSTOP)  # or the room that it gives up meanwhile would be taken, too
+            self.take_last_block()
+            os.kill(pid, signal.SIGKILL)
+            self.wait_alive()
+            for path, body in (("/api/v1/queue/hold", None), ("/api/v1/machine/pause", None), ("/api/v1/session", login)):
+                self.answered_on_a_full_disk(path, body)
+            self.take_last_block()  # what was given up, too
+            self.answered_on_a_full_disk("/api/v1/session", login)
+        except ProcessLookupError:
+            return False
+        finally:
+            with contextlib.suppress(FileNotFoundError):
+                os.unlink(os.path.join(self.state, "filler"))
+        self.kills[victim] += 1
+        return True
+
+    def note_memory(self):
+        for name in ("printd", "printer-port"):
+            for pid, each in self.stack.processes().items():
+                peak = [line.split()[1] for line in read("/proc/%d/status" % pid).splitlines() if line.startswith("VmHWM")]
+                if each == name and peak:
+                    self.memory_kb[name] = max(self.memory_kb[name], int(peak[0]))
+
     def kill_one(self):
-        victim = self.random.choices(list(VICTIMS), VICTIMS.values())[0]
+        victim = self.random.choices(list(self.victims), self.victims.values())[0]
+        self.note_memory()
+        if victim in M112:
+            return self.stop_by_m112(victim)
+        if victim in WITH_A_DISK:
+            return self.fill_disk(victim)
         pid = self.victim_pid(victim)
         if pid is None:
             return False
-        before = self.ask_twin() if victim not in ("printd", "watcher", "virtual-machine") else None
-        was_hot = bool(before) and any(before[name]["duty"] > 0 for name in ("hot_end", "bed"))
+        before = self.ask_twin() if victim not in (*BESIDE, "virtual-machine") else None
+        was_hot = is_hot(before)
         killed_at = time.monotonic()
         try:
             os.kill(pid, signal.SIGKILL)
@@ -177,20 +335,20 @@ class Storm:
             self.stack.process.wait()
         if before:
             self.heat_after(victim, killed_at, was_hot)
-        if victim == "watcher":
-            self.await_new_watcher(pid)
+        if victim in COMES_BACK:
+            self.await_another(victim, pid)
         if victim == "launcher":
             self.stack.wait_end()
             self.stack.start()
         return True
 
-    def await_new_watcher(self, old):
-        end = time.monotonic() + 10
+    def await_another(self, victim, old):
+        end = time.monotonic() + BACK_S
         while time.monotonic() < end:
-            if self.victim_pid("watcher") not in (None, old):
+            if self.victim_pid(victim) not in (None, old):
                 return
             time.sleep(0.05)
-        self.fail("watcher killed: no other was started within 10 s")
+        self.fail("%s killed: no other was started within %d s" % (victim, BACK_S))
 
     def wait_alive(self):
         """Until the printer answers and is connected. Fails with what the launcher said."""
@@ -198,6 +356,10 @@ class Storm:
         while time.monotonic() < end:
             if self.stack.process.poll() is not None:
                 self.stack.reader.join(timeout=5)
+                if " is refused on core" in self.stack.said:  # the computer's interrupts took too much when it was measured
+                    self.refused += 1
+                    self.stack.start()
+                    continue
                 raise AssertionError("the launcher has ended with %s:\n" % self.stack.process.returncode + self.stack.said[-3000:])
             if self.stack.machine_state() not in ("no answer", "disconnected", "starting"):
                 return
@@ -207,7 +369,7 @@ class Storm:
     def run(self, kills):
         self.stack.wait_open()
         self.wait_alive()
-        people = [threading.Thread(target=work, daemon=True) for work in (self.upload_on, self.operate)]
+        people = [threading.Thread(target=work, daemon=True) for work in (self.upload_on, self.visit, self.operate)]
         for person in people:
             person.start()
         started = time.monotonic()
@@ -224,6 +386,14 @@ class Storm:
         for person in people:
             person.join(timeout=60)
         self.wait_alive()
+
+    def remove(self):
+        """What it has made beside the printer."""
+        if self.has_disk:
+            LIBC.umount2(self.state.encode(), 2)
+        shutil.rmtree(self.state, ignore_errors=True)
+        if self.lan:
+            self.lan.remove()
 
     # ---- what has to hold at the end -------------------------------------------------------------
 
@@ -244,6 +414,12 @@ class Storm:
                 self.fail("job %d has one copy, and was begun %d times" % (job, attempts))
         return sum(outcome == "completed" for _, outcome in rows), len(rows)
 
+    def check_memory(self):
+        for name, peak_kb in self.memory_kb.items():
+            print("memory: %s took %.1f MB at most" % (name, peak_kb / 1024))
+            if peak_kb > MEMORY_KB_MAX:
+                self.fail("%s took %d KB" % (name, peak_kb))
+
     def check_nothing_left(self, settings):
         if self.stack.processes():
             self.fail("processes left: %s" % self.stack.processes())
@@ -254,6 +430,10 @@ class Storm:
                 self.fail("%s is %s and was %s" % (path, read(path).strip(), before.strip()))
         if read("/run/qduino/settings.state"):
             self.fail("a change of the computer was not undone")
+
+
+def is_hot(twin):
+    return bool(twin) and any(twin[name]["duty"] > 0 for name in ("hot_end", "bed"))
 
 
 def real_time_processes():
@@ -277,11 +457,12 @@ def main():
     print("storm: seed %d" % arguments.seed, flush=True)
     settings = {path: read(path) for path in SETTINGS}
     real_time_before = set(real_time_processes())
-    storm = Storm(arguments.seed)
-    load = Load(storm.stack.state)
+    storm = Storm(arguments.seed, arguments.kills)
+    load = Load()
     try:
         storm.run(arguments.kills)
         storm.check_uploads()
+        storm.check_memory()
         storm.stack.process.send_signal(signal.SIGTERM)
         storm.stack.wait_end()
         printed, attempts = storm.check_journal()
@@ -290,15 +471,17 @@ def main():
         if left:
             storm.fail("left at real-time priority: %s" % left)
         print("kills: %s" % dict(storm.kills))
+        print("a sketch that came back was refused by admission: %d times" % storm.refused)
         print("uploads acknowledged %d, attempts to print %d, printed to the end %d" % (len(storm.acknowledged), attempts, printed))
         for victim, times in sorted(storm.heat_off_ms.items()):
             times.sort()
-            print("heat off after %-10s killed: %3d times hot, median %5.1f ms, worst %5.1f ms" %
+            print("heat off after %-24s: %3d times hot, median %5.1f ms, worst %5.1f ms" %
                   (victim, len(times), times[len(times) // 2], times[-1]))
     finally:
         load.stop()
         storm.stopping.set()
         storm.stack.stop()
+        storm.remove()
     print("%d kills, %d failures" % (sum(storm.kills.values()), len(storm.failures)))
     return 1 if storm.failures else 0
 
