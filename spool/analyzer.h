@@ -1,9 +1,18 @@
 // The spool's question about a job's bytes before it queues them. The answer comes from outside:
 // the spool knows no G-code.
+//
+// An upload of 300 MB whose tenth line is wrong should be refused at its tenth line. So a file is
+// read while it comes in:
+//
+//   begin ──► feed … feed ─┬─► a refusal, which nothing that follows could change
+//                          └─► finish ──► the verdict on the whole file
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
+#include <memory>
+#include <optional>
+#include <span>
 #include <string>
 
 #include "base/result.h"
@@ -29,14 +38,28 @@ struct Analysis {
     std::string prologue;
 };
 
+/// One file while it is read. One thread at a time.
+class FileReading {
+  public:
+    virtual ~FileReading() = default;
+    /// The next bytes of the file, in any pieces. Once a refusal stands whatever follows, it comes
+    /// back, and nothing more may be fed. Never a verdict of `fits`.
+    [[nodiscard]] virtual std::optional<Analysis> feed(std::span<const char> bytes) = 0;
+    /// The file has ended. Once. Error: its layers cannot be written.
+    [[nodiscard]] virtual Result<Analysis> finish() = 0;
+};
+
 class Analyzer {
   public:
     virtual ~Analyzer() = default;
-    /// Reads `gcode` once, with memory that does not grow with the file, and packs its layers into
-    /// `layers` (created). Called on a worker thread, several at a time; touches nothing else.
-    /// Error: the file cannot be read or written.
-    [[nodiscard]] virtual Result<Analysis> analyze(const std::filesystem::path& gcode,
-                                                   const std::filesystem::path& layers) = 0;
+    /// A file whose bytes come one after the other. Needs memory that does not grow with it, and
+    /// packs its layers into `layers` (created). On worker threads, several at a time; touches
+    /// nothing else.
+    [[nodiscard]] virtual std::unique_ptr<FileReading> begin(const std::filesystem::path& layers) = 0;
+    /// Reads a file that is there, by begin(). Error: the file cannot be read, or its layers not be
+    /// written.
+    [[nodiscard]] Result<Analysis> analyze(const std::filesystem::path& gcode,
+                                           const std::filesystem::path& layers);
 };
 
 }  // namespace qduino::spool

@@ -54,9 +54,9 @@ std::string Connection::take_rest() {
 
 void Connection::receive(std::span<const char> bytes, Moment moment) {
     moment_ = moment;
-    if (state_ == State::draining) return;  // thrown away
     if (state_ == State::head && reader_.idle()) state_since_ = moment.now;
     input_at_ = moment.now;
+    if (state_ == State::draining) return;  // thrown away
     body_pace_.moved(bytes.size(), moment.now);
     reader_.feed(bytes);
     advance();
@@ -101,7 +101,9 @@ void Connection::check_time(Moment moment) {
         case State::uploading:
             return check_body_time(moment);
         case State::draining:
-            if (in_state > limits_.drain_time) state_ = State::closed;
+            if (in_state > (known_ ? limits_.drain_known_time : limits_.drain_time)) state_ = State::closed;
+            if (in_state > limits_.drain_time && moment.now - input_at_ > limits_.drain_time)
+                state_ = State::closed;
             return;
         case State::replying:
         case State::answering:
@@ -239,17 +241,18 @@ void Connection::on_complete() {
 
 void Connection::send_piece(std::string bytes) {
     piece_with_disk_ = true;
-    service_.take_piece(plan_.upload, std::move(bytes), [self = shared_from_this()](Result<void> taken) {
-        self->piece_with_disk_ = false;
-        self->piece_done(taken);
-        self->wake_();
-    });
+    service_.take_piece(plan_.upload, std::move(bytes),
+                        [self = shared_from_this()](std::optional<Response> refusal) {
+                            self->piece_with_disk_ = false;
+                            self->piece_done(std::move(refusal));
+                            self->wake_();
+                        });
 }
 
-void Connection::piece_done(const Result<void>& taken) {
+void Connection::piece_done(std::optional<Response> refusal) {
     if (state_ != State::uploading) return;  // dropped meanwhile
     body_pace_.last = moment_.now;
-    if (!taken.ok()) return refuse(Service::refused_upload(taken.error()));
+    if (refusal) return refuse(std::move(*refusal));
     report_progress();
     advance();
     if (peer_done_ && state_ == State::uploading && !piece_with_disk_) close_cut_short();

@@ -4,7 +4,7 @@
 //            ▼                                                                      │
 //   head ──► plan ─┬─ respond ───────────────────────────────► answering ──► sent ──┤
 //                  ├─ collect ──► body ──► handle ──► replying ──► answering ───────┘
-//                  ├─ upload ───► piece ⇄ disk ──► end ──► replying ──► answering …
+//                  ├─ upload ───► piece ⇄ disk, judged ──► end ──► replying ──► answering …
 //                  ├─ live ─────► the socket's owner takes over
 //                  └─ refused with a body unread ──► (answer) ──► draining ──► closed
 //
@@ -47,6 +47,9 @@ struct ConnectionLimits {
     double body_rate_min = 1024;  ///< … this many bytes a second on average
     /// How long a refused body may still be sent; it is thrown away.
     Nanoseconds drain_time = std::chrono::seconds{5};
+    /// The same for who has shown the key: some clients read the answer only when they have sent all
+    /// of a large file. No pause in it is longer than drain_time.
+    Nanoseconds drain_known_time = std::chrono::seconds{60};
 };
 
 /// The speed of the bytes in one direction.
@@ -135,7 +138,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     void on_body(std::string bytes);
     void on_complete();
     void send_piece(std::string bytes);
-    void piece_done(const Result<void>& taken);
+    void piece_done(std::optional<Response> refusal);
     void report_progress();
     void close_cut_short();
     void drop_upload();

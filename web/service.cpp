@@ -245,10 +245,17 @@ Response Service::refused_upload(const Error& error) {
 }
 
 void Service::take_piece(std::shared_ptr<Upload> upload, std::string piece,
-                         std::function<void(Result<void>)> done) {
+                         std::function<void(std::optional<Response>)> done) {
     executors_.disk([this, upload = std::move(upload), piece = std::move(piece), done = std::move(done)] {
-        Result<void> taken = upload->take(piece);
-        executors_.io([done, taken = std::move(taken)] { done(taken); });
+        const Result<void> taken = upload->take(piece);
+        if (!taken.ok())
+            return executors_.io([done, refusal = refused_upload(taken.error())] { done(refusal); });
+        executors_.analysis([this, upload, done] {
+            const std::optional<spool::Analysis> refused = upload->judge(analyzer_);
+            std::optional<Response> refusal;
+            if (refused) refusal = violation(*refused);
+            executors_.io([done, refusal = std::move(refusal)] { done(refusal); });
+        });
     });
 }
 
@@ -269,7 +276,7 @@ void Service::end_upload(std::shared_ptr<Upload> upload, std::shared_ptr<const R
 
 void Service::analyze(std::shared_ptr<Upload> upload, std::shared_ptr<const Request> request, Moment moment,
                       Reply reply) {
-    Result<spool::Analysis> analysis = analyzer_.analyze(upload->file().path(), upload->file().layers_path());
+    Result<spool::Analysis> analysis = upload->verdict(analyzer_);
     const std::string said = upload->field("prologue");
     const bool wanted = is_true(said) || (options_.prologue && !is_false(said));
     if (wanted && analysis.ok() && !analysis->prologue.empty()) {

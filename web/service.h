@@ -4,7 +4,8 @@
 //   plan(head)   I/O thread     host, origin, authentication, route
 //                               → how the body is to be taken, or the answer
 //   handle       as the row of the route says (web/api/route.h): its handler
-//   upload       disk thread    pieces → file, seal;  analysis thread: facts and verdict;
+//   upload       disk thread    pieces → file, seal;  analysis thread: piece for piece judged, so
+//                               that a bad line is refused where it stands; facts and verdict;
 //                               spool's thread: queue it
 //
 // Threads are handed in as functions that run a task there. In the program each is a thread; in
@@ -90,14 +91,13 @@ class Service {
     /// I/O thread, once the body is whole. Contract: its plan said collect.
     void handle(std::shared_ptr<const Request> request, Moment moment, Reply reply);
 
-    /// I/O thread; one piece at a time. `done` comes on the I/O thread.
+    /// I/O thread; one piece at a time. `done` comes on the I/O thread: with a refusal, the rest of
+    /// the body is not wanted.
     void take_piece(std::shared_ptr<Upload> upload, std::string piece,
-                    std::function<void(Result<void>)> done);
+                    std::function<void(std::optional<Response>)> done);
     /// The body is whole: analyze, queue, answer.
     void end_upload(std::shared_ptr<Upload> upload, std::shared_ptr<const Request> request, Moment moment,
                     Reply reply);
-    /// The answer to a piece that was refused.
-    [[nodiscard]] static Response refused_upload(const Error& error);
     /// Tells the live stream; `size` 0: not known.
     void report_upload(const Upload& upload, std::uint64_t size);
 
@@ -115,6 +115,7 @@ class Service {
     [[nodiscard]] Plan plan_route(const RequestHead& head, const api::Match& match, const Client& client,
                                   Moment moment);
     [[nodiscard]] Plan admit_upload(const RequestHead& head, Result<std::unique_ptr<Upload>> upload);
+    [[nodiscard]] static Response refused_upload(const Error& error);
     void analyze(std::shared_ptr<Upload> upload, std::shared_ptr<const Request> request, Moment moment,
                  Reply reply);
     [[nodiscard]] Response queue_upload(Upload& upload, const spool::Analysis& analysis,

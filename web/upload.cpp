@@ -23,7 +23,7 @@ class RawUpload final : public Upload {
     }
     Result<void> take(std::span<const char> bytes) override {
         if (!file_) QDUINO_TRY(begin_file(name_));
-        return file_->write(bytes);
+        return write_file(bytes);
     }
 
   private:
@@ -51,7 +51,7 @@ class MultipartUpload final : public Upload, private MultipartSink {
         return begin_file(head.file_name);
     }
     Result<void> part_data(std::span<const char> bytes) override {
-        if (in_file_) return file_->write(bytes);
+        if (in_file_) return write_file(bytes);
         std::string& value = fields_[field_];
         if (value.size() + bytes.size() > kFieldBytesMax) {
             return make_error(ErrorCode::invalid_argument, "a field beside the file is too long");
@@ -73,6 +73,25 @@ Result<void> Upload::begin_file(std::string name) {
     QDUINO_TRY_ASSIGN(file_, blobs_.stage());
     name_ = std::move(name);
     return {};
+}
+
+Result<void> Upload::write_file(std::span<const char> bytes) {
+    QDUINO_TRY(file_->write(bytes));
+    unread_.append(bytes.data(), bytes.size());
+    return {};
+}
+
+std::optional<spool::Analysis> Upload::judge(spool::Analyzer& analyzer) {
+    if (unread_.empty()) return std::nullopt;
+    if (!reading_) reading_ = analyzer.begin(file_->layers_path());
+    std::optional<spool::Analysis> refusal = reading_->feed(unread_);
+    std::string{}.swap(unread_);
+    return refusal;
+}
+
+Result<spool::Analysis> Upload::verdict(spool::Analyzer& analyzer) {
+    if (std::optional<spool::Analysis> refusal = judge(analyzer)) return *refusal;
+    return reading_->finish();
 }
 
 Result<void> Upload::finish() {

@@ -1,20 +1,25 @@
-// One upload: body bytes → a staged file and the fields that came with it. No sockets; runs on a
-// worker thread.
+// One upload: body bytes → a staged file, the fields that came with it, and a verdict. No sockets;
+// runs on worker threads, on one at a time.
 //
-//   raw (PUT):     body ───────────────────────────► StagedFile
-//   multipart:     body ─► MultipartParser ─┬ file ─► StagedFile
+//   raw (PUT):     body ───────────────────────────► StagedFile ─► Analyzer: refuses as it reads
+//   multipart:     body ─► MultipartParser ─┬ file ─► StagedFile ─► …
 //                                           └ other parts ─► fields (small, bounded)
+//
+// take() is the disk's work and judge() the analysis': a piece is taken, judged, and only then is
+// the next one received.
 //
 // Nothing is queued from here. A file that was not sealed is removed when the upload is destroyed.
 #pragma once
 
 #include <map>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "base/result.h"
+#include "spool/analyzer.h"
 #include "spool/blob_store.h"
 #include "web/http.h"
 #include "web/multipart.h"
@@ -32,11 +37,20 @@ class Upload {
     /// corrupt (another SHA-256 than declared).
     [[nodiscard]] Result<void> finish();
 
+    /// Shows `analyzer` what take() has added to the file since the last call. A refusal comes back as
+    /// soon as it stands, whatever may follow.
+    [[nodiscard]] std::optional<spool::Analysis> judge(spool::Analyzer& analyzer);
+    /// The verdict on the whole file. Once, after finish(). Errors: as the analyzer's.
+    [[nodiscard]] Result<spool::Analysis> verdict(spool::Analyzer& analyzer);
+
     /// The file is from now on `lines` and what was received. After finish(). Errors: as take().
     [[nodiscard]] Result<void> put_before(const std::string& lines);
     /// Removes what was received. Call it before a refusal is answered: a client that reads the
     /// answer then finds nothing left behind.
-    void discard() { file_.reset(); }
+    void discard() {
+        reading_.reset();
+        file_.reset();
+    }
 
     /// After finish().
     [[nodiscard]] spool::StagedFile& file() { return *file_; }
@@ -49,9 +63,12 @@ class Upload {
     explicit Upload(const spool::BlobStore& blobs) : blobs_(blobs) {}
     [[nodiscard]] virtual Result<void> end() = 0;
     [[nodiscard]] Result<void> begin_file(std::string name);
+    [[nodiscard]] Result<void> write_file(std::span<const char> bytes);
 
     const spool::BlobStore& blobs_;
     std::unique_ptr<spool::StagedFile> file_;
+    std::unique_ptr<spool::FileReading> reading_;
+    std::string unread_;  // written, and not yet judged: a piece at most
     std::string name_;
     std::map<std::string, std::string> fields_;
 };

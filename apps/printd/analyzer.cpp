@@ -2,7 +2,6 @@
 
 #include <fcntl.h>
 
-#include <array>
 #include <cerrno>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -81,45 +80,54 @@ spool::Analysis refusal(const Facts& facts, const printer::MachineConfig& machin
     spool::Analysis analysis;
     const bool is_gcode = facts.content == printer::gcode::Content::gcode;
     analysis.verdict = is_gcode ? spool::Analysis::Verdict::violation : spool::Analysis::Verdict::not_gcode;
-    const Finding& first = facts.errors[0];
+    const Finding& first = facts.first_error();
     analysis.message = apps::sentence_of(first);
     analysis.line = first.line;
     if (facts.lacks_start()) analysis.prologue = printer::preflight::prologue_of(machine, facts);
     return analysis;
 }
 
+/// On the heap: findings and parser state are too large for a thread's stack to be taken for
+/// granted.
+class Reading final : public spool::FileReading {
+  public:
+    Reading(const printer::MachineConfig& machine, const std::filesystem::path& layers)
+        : machine_(machine), packed_(layers) {
+        preflight_.add_sink(packer_);
+        preflight_.add_sink(estimator_);
+    }
+    std::optional<spool::Analysis> feed(std::span<const char> bytes) override {
+        preflight_.feed(bytes);
+        if (!preflight_.is_refused()) return std::nullopt;
+        return refusal(preflight_.facts(), machine_);
+    }
+    Result<spool::Analysis> finish() override {
+        const Facts& facts = preflight_.finish();
+        if (!facts.accepted()) return refusal(facts, machine_);
+        if (packed_.failed()) return spool::file_error("write", "packed layers", ENOSPC);
+        spool::Analysis analysis;
+        const Estimate& estimate = estimator_.estimate();
+        analysis.facts_json = text_of(apps::facts_json(facts, estimate));
+        analysis.estimated_s = estimate.total_s;
+        analysis.layers_json = packed_.index(estimate);
+        analysis.thumbnail.assign(facts.thumbnail.png.begin(), facts.thumbnail.png.end());
+        return analysis;
+    }
+
+  private:
+    printer::MachineConfig machine_;
+    LayerFile packed_;
+    printer::preflight::LayerPacker packer_{machine_.filament_diameter.value(), packed_};
+    printer::preflight::Preflight preflight_{machine_};
+    printer::estimate::Estimator estimator_{machine_};
+};
+
 }  // namespace
 
-Result<spool::Analysis> PreflightAnalyzer::analyze(const std::filesystem::path& gcode,
-                                                   const std::filesystem::path& layers) {
-    const posix::UniqueFd file{::open(gcode.c_str(), O_RDONLY | O_CLOEXEC)};
-    LayerFile packed{layers};
-    printer::preflight::LayerPacker packer{machine_.filament_diameter.value(), packed};
-    // On the heap: findings and parser state are too large for a thread's stack to be taken for
-    // granted.
+std::unique_ptr<spool::FileReading> PreflightAnalyzer::begin(const std::filesystem::path& layers) {
     printer::MachineConfig machine = machine_;
     machine.step_cost = step_cost();
-    const auto preflight = std::make_unique<printer::preflight::Preflight>(machine);
-    preflight->add_sink(packer);
-    const auto estimator = std::make_unique<printer::estimate::Estimator>(machine);
-    preflight->add_sink(*estimator);
-    std::array<char, 16 * 1024> bytes;
-    for (;;) {
-        const Result<std::size_t> count = posix::read_some(file.get(), bytes, "the uploaded file");
-        if (!count.ok()) return make_error(ErrorCode::internal, "the uploaded file cannot be read back");
-        if (*count == 0) break;
-        preflight->feed({bytes.data(), *count});
-    }
-    const Facts& facts = preflight->finish();
-    if (!facts.accepted() && !facts.errors.empty()) return refusal(facts, machine);
-    if (packed.failed()) return spool::file_error("write", "packed layers", ENOSPC);
-    spool::Analysis analysis;
-    const Estimate& estimate = estimator->estimate();
-    analysis.facts_json = text_of(apps::facts_json(facts, estimate));
-    analysis.estimated_s = estimate.total_s;
-    analysis.layers_json = packed.index(estimate);
-    analysis.thumbnail.assign(facts.thumbnail.png.begin(), facts.thumbnail.png.end());
-    return analysis;
+    return std::make_unique<Reading>(machine, layers);
 }
 
 Result<void> check_line(const printer::MachineConfig& machine, std::string_view line) {

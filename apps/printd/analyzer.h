@@ -21,8 +21,7 @@ class PreflightAnalyzer final : public spool::Analyzer {
         return Nanoseconds{step_cost_ns_.load(std::memory_order_relaxed)};
     }
 
-    Result<spool::Analysis> analyze(const std::filesystem::path& gcode,
-                                    const std::filesystem::path& layers) override;
+    std::unique_ptr<spool::FileReading> begin(const std::filesystem::path& layers) override;
 
   private:
     printer::MachineConfig machine_;

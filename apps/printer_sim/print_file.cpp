@@ -83,7 +83,7 @@ std::string check(const PrintOptions& options, PrintResult& result) {
         result.remarks.push_back(text<std::string>(
             found.line > 0 ? text<std::string>("line ", found.line, ": ") : "", found.message));
     if (facts.accepted()) return {};
-    const printer::preflight::Finding& first = facts.errors[0];
+    const printer::preflight::Finding& first = facts.first_error();
     result.refusal = Refusal{first.line, std::string{first.text.view()}, std::string{first.message.view()},
                              std::string{first.advice.view()}};
     if (!facts.lacks_start()) return {};

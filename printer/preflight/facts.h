@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 
 #include "base/fixed_string.h"
 #include "base/fixed_vector.h"
@@ -66,6 +67,12 @@ struct Facts {
     std::uint64_t start_errors = 0;
     /// True when a prologue (prologue.h) is all that is missing.
     [[nodiscard]] bool lacks_start() const { return errors_count > 0 && errors_count == start_errors; }
+
+    /// Where in `errors` the first one stands that no prologue mends.
+    std::optional<std::size_t> unmendable{};
+    /// What a person is told: what a prologue leaves, or else what it would mend. Contract: there is
+    /// an error.
+    [[nodiscard]] const Finding& first_error() const { return errors[unmendable.value_or(0)]; }
 
     /// True when this job may be printed on this machine.
     [[nodiscard]] bool accepted() const { return errors_count == 0; }

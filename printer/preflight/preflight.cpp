@@ -92,7 +92,8 @@ void Preflight::judge_content() {
     // The file is no G-code: the errors that its bytes raised as G-code mean nothing.
     facts_.errors.clear();
     facts_.warnings.clear();
-    facts_.errors_count = facts_.warnings_count = 0;
+    facts_.errors_count = facts_.warnings_count = facts_.start_errors = 0;
+    facts_.unmendable.reset();
     add_error(gcode::explain(facts_.content), "Send the .gcode file that the slicer exports.");
 }
 
@@ -188,10 +189,9 @@ void Preflight::check_homed(const gcode::Move& move) {
                            " moves after its motors went off (M84, M18): nobody knows where it is"),
                       "Home it first (G28), or switch the motors off only at the end.");
         if (let_go_[axis]) continue;
-        ++facts_.start_errors;
-        add_error(text(kAxisLetter[axis], " moves before anything has homed it"),
-                  "Write G28 into the printer's start G-code in the slicer: the job brings no homing of its "
-                  "own.");
+        add_start_error(text(kAxisLetter[axis], " moves before anything has homed it"),
+                        "Write G28 into the printer's start G-code in the slicer: the job brings no "
+                        "homing of its own.");
     }
 }
 
@@ -202,16 +202,17 @@ void Preflight::check_extrusion(const gcode::Move& move) {
     if (hot_end_target_ >= minimum_extrude_) {
         if (was_hot) return;
         told_cold_ = true;  // one word of it is enough
-        ++facts_.start_errors;
-        add_error(text("filament is moved before anything has waited for the hot end to reach ",
-                       Shortest{hot_end_target_.value()}, " °C"),
-                  "Wait for it with M109 before this line: the job brings no heating of its own.");
+        add_start_error(text("filament is moved before anything has waited for the hot end to reach ",
+                             Shortest{hot_end_target_.value()}, " °C"),
+                        "Wait for it with M109 before this line: the job brings no heating of its own.");
     } else if (!was_hot) {
-        if (hot_end_target_.value() <= 0) ++facts_.start_errors;
-        add_error(text("filament is moved while the hot end is set to ", Shortest{hot_end_target_.value()},
-                       " °C; it takes ", Shortest{needed}, " °C"),
-                  "Heat first: M109 S200, or what the filament needs, before this line. The job brings no "
-                  "heating of its own.");
+        const auto message =
+            text("filament is moved while the hot end is set to ", Shortest{hot_end_target_.value()},
+                 " °C; it takes ", Shortest{needed}, " °C");
+        constexpr std::string_view kHeatFirst =
+            "Heat first: M109 S200, or what the filament needs, before this line. The job brings no heating "
+            "of its own.";
+        hot_end_target_.value() <= 0 ? add_start_error(message, kHeatFirst) : add_error(message, kHeatFirst);
     } else if (move.to[Axis::e] > move.from[Axis::e]) {
         // The hot end cools slowly, so a last wipe after M104 S0 is common and works. More than
         // that may not.
@@ -368,8 +369,20 @@ Finding Preflight::finding(std::string_view message, std::string_view advice) co
     return found;
 }
 
+/// The first of these is what a person is told: however many start errors stand before it, it is
+/// kept.
 void Preflight::add_error(std::string_view message, std::string_view advice) {
     ++facts_.errors_count;
+    const bool first = !facts_.unmendable.has_value();
+    if (first) facts_.unmendable = std::min(facts_.errors.size(), kFindingsMax - 1);
+    if (!facts_.errors.full()) return facts_.errors.push_back(finding(message, advice));
+    if (first) facts_.errors[*facts_.unmendable] = finding(message, advice);
+}
+
+/// An error that a prologue mends.
+void Preflight::add_start_error(std::string_view message, std::string_view advice) {
+    ++facts_.errors_count;
+    ++facts_.start_errors;
     if (!facts_.errors.full()) facts_.errors.push_back(finding(message, advice));
 }
 

@@ -47,6 +47,9 @@ class Preflight final : private gcode::NoActions {
     const Facts& finish();
     /// The facts so far.
     [[nodiscard]] const Facts& facts() const { return facts_; }
+    /// True as soon as nothing that follows can make this job fit: it is no G-code, or breaks a rule
+    /// that no prologue mends. Facts::first_error() is then what finish() would give, too.
+    [[nodiscard]] bool is_refused() const { return judged_ && facts_.unmendable.has_value(); }
 
   private:
     static constexpr std::size_t kLookBytes = 4096;
@@ -79,6 +82,7 @@ class Preflight final : private gcode::NoActions {
     void measure_layers(const MoveContext& context);
     void take_target(gcode::Heater heater, Celsius target);
     void add_error(std::string_view message, std::string_view advice);
+    void add_start_error(std::string_view message, std::string_view advice);
     void add_warning(std::string_view message, std::string_view advice);
     [[nodiscard]] Finding finding(std::string_view message, std::string_view advice) const;
 

@@ -127,6 +127,54 @@ class BadInput(Case):
         self.assertEqual(os.listdir(os.path.join(self.printd.state, "blobs")), [])
         self.assertEqual(self.begun(), [])
 
+    def assert_nothing_left(self):
+        self.assertEqual(self.incoming(), [])
+        self.assertEqual(os.listdir(os.path.join(self.printd.state, "blobs")), [])
+        self.assertEqual(self.printd.jobs(), [])
+
+    def test_a_bad_line_is_refused_where_it_stands_and_not_at_the_files_end(self):
+        """The peer sends so much, stops, and reads: nothing more has come than the bad line."""
+        lines = gcode(20_000, 5) + b"G1 X900\n"
+        number = lines.count(b"\n")
+        form = (b"--XX\r\nContent-Disposition: form-data; name=\"file\"; filename=\"a.gcode\"\r\n"
+                b"Content-Type: application/octet-stream\r\n\r\n%s" % (lines + b";" * 100))
+        key = b"Host: localhost\r\nX-Api-Key: %s\r\n" % self.printd.key.encode()
+        length = b"Content-Length: 300000000\r\n\r\n"
+        kind = b"Content-Type: multipart/form-data; boundary=XX\r\n"
+        for sent in (b"PUT /api/v1/jobs/a.gcode HTTP/1.1\r\n" + key + length + lines,
+                     b"PUT /api/v1/files/local/a.gcode HTTP/1.1\r\n" + key + b"Expect: 100-continue\r\n" + length + lines,
+                     b"PUT /api/v1/jobs/a.gcode HTTP/1.1\r\n" + key + b"Transfer-Encoding: chunked\r\n\r\n%x\r\n%s\r\n" % (len(lines), lines),
+                     b"POST /api/v1/jobs HTTP/1.1\r\n" + key + kind + length + form,
+                     b"POST /api/files/local HTTP/1.1\r\n" + key + kind + length + form):
+            answer = self.printd.raw(sent, finish=False)
+            answer = answer.removeprefix(b"HTTP/1.1 100 Continue\r\n\r\n")
+            self.assertTrue(answer.startswith(b"HTTP/1.1 422 "), (sent[:60], answer))
+            self.assertEqual(answer.count(b"HTTP/1.1 "), 1)
+            head, _, body = answer.partition(b"\r\n\r\n")
+            self.assertIn(b"\r\nConnection: close", head)
+            self.assertEqual(json.loads(body)["error"]["line"], number)
+            self.assert_nothing_left()
+
+    def test_curl_shows_the_refusal_of_a_file_that_it_is_still_sending(self):
+        """At this rate the whole file would take two and a half minutes."""
+        path = os.path.join(self.folder.path, "large.gcode")
+        with open(path, "wb") as file:
+            file.write(gcode(20_000, 5) + b"G1 X900\n")
+            file.truncate(300_000_000)  # takes no room
+        url = "http://127.0.0.1:%d" % self.printd.port
+        for how in (("-T", path, url + "/api/v1/jobs/large.gcode"), ("--data-binary", "@" + path, "-X", "PUT", url + "/api/v1/jobs/large.gcode"),
+                    ("-F", "file=@" + path, "-F", "print=true", url + "/api/files/local"), ("-F", "print=true", "-F", "file=@" + path, url + "/api/v1/jobs")):
+            answer = subprocess.run(["curl", "-sS", "--limit-rate", "2M", "--max-time", "60", "-H", "X-Api-Key: " + self.printd.key, *how],
+                                    capture_output=True, check=False)
+            self.assertTrue(answer.stdout, (how, answer.stderr))
+            self.assertIn("900", json.loads(answer.stdout)["error"]["message"], how)
+            self.assert_nothing_left()
+
+    def test_who_reads_only_when_all_is_sent_gets_the_refusal_too(self):
+        status, answer, headers = self.printd.upload("a.gcode", gcode(20_000, 5) + b"G1 X900\n" + b";" * 60_000_000)
+        self.assertEqual((status, headers["Connection"]), (422, "close"), answer)
+        self.assert_nothing_left()
+
     def test_a_body_in_an_unknown_transfer_coding_is_never_a_request(self):
         hidden = b"POST /api/v1/machine/emergency-stop HTTP/1.1\r\nHost: localhost\r\nX-Api-Key: %s\r\n\r\n" % self.printd.key.encode()
         for fields, status in ((b"Transfer-Encoding: gzip", b"501"), (b"Transfer-Encoding: chunked, gzip", b"501"),

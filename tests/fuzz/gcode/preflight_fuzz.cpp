@@ -1,9 +1,11 @@
 // A whole job through the pre-flight and the layer packer: facts are finite and bounded, and the
-// packed layers are read back as their format says.
+// packed layers are read back as their format says. A refusal that comes before the file's end is
+// the one that the whole file gets.
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <optional>
 #include <span>
 
 #include "fuzz_check.h"
@@ -74,6 +76,13 @@ void check(const Facts& facts, std::size_t size) {
     for (const Finding& finding : facts.warnings) FUZZ_EXPECT(is_printable(finding.text));
     FUZZ_EXPECT(facts.accepted() || facts.errors_count > 0);
     FUZZ_EXPECT(facts.content == gcode::Content::gcode || !facts.accepted());
+    FUZZ_EXPECT(facts.accepted() || facts.lacks_start() != facts.unmendable.has_value());
+    FUZZ_EXPECT(!facts.unmendable || *facts.unmendable < facts.errors.size());
+    FUZZ_EXPECT(facts.content == gcode::Content::gcode || !facts.lacks_start());
+}
+
+bool is_same(const Finding& a, const Finding& b) {
+    return a.line == b.line && a.offset == b.offset && a.message.view() == b.message.view();
 }
 
 }  // namespace
@@ -88,9 +97,15 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     Checker checker;
     LayerPacker packer{1.75, checker};
     preflight.add_sink(packer);
+    // A refusal on the way is that of the whole file.
+    std::optional<Finding> refusal;
     for (std::size_t at = 0; at < bytes.size(); at += step) {
         preflight.feed(bytes.subspan(at, std::min(step, bytes.size() - at)));
+        FUZZ_EXPECT(preflight.is_refused() || !refusal);
+        if (preflight.is_refused() && !refusal) refusal = preflight.facts().first_error();
     }
-    check(preflight.finish(), bytes.size());
+    const Facts& facts = preflight.finish();
+    check(facts, bytes.size());
+    FUZZ_EXPECT(!refusal || is_same(*refusal, facts.first_error()));
     return 0;
 }

@@ -3,10 +3,11 @@
 //
 // Input: one byte that seeds the cutting into reads, then the peer's bytes. Authentication is off,
 // so that the fuzzer need not guess a key. Properties: every answer begins as HTTP does and comes
-// when the one before is sent; memory stays bounded; nothing stays in incoming/; a queued job is
+// when the one before is sent; memory stays bounded; nothing stays in incoming/, and nothing is there once a refusal is answered; a queued job is
 // stored whole under its own SHA-256.
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <deque>
 #include <fstream>
@@ -28,17 +29,42 @@ class NoLink final : public spool::LinkSource {
     void reopen() override {}
 };
 
-/// Judges by the first byte; the real one has a fuzz target of its own.
+/// Judges by the first byte, a small letter as soon as it is there and a large one at the file's end;
+/// by an 'x', wherever it stands. The real one has a fuzz target of its own.
+class AnyReading final : public spool::FileReading {
+  public:
+    std::optional<spool::Analysis> feed(std::span<const char> bytes) override {
+        FUZZ_EXPECT(!bytes.empty() && !refused_);
+        if (first_ == 0) first_ = bytes.front();
+        const bool violates = first_ == 'v' || std::ranges::find(bytes, 'x') != bytes.end();
+        refused_ = violates || first_ == 'n';
+        using Verdict = spool::Analysis::Verdict;
+        if (!refused_) return std::nullopt;
+        return analysis_of(violates ? Verdict::violation : Verdict::not_gcode);
+    }
+    Result<spool::Analysis> finish() override {
+        FUZZ_EXPECT(!refused_);
+        if (first_ == 'E') return make_error(ErrorCode::unavailable, "no room for layers");
+        using Verdict = spool::Analysis::Verdict;
+        return analysis_of(first_ == 'N'   ? Verdict::not_gcode
+                           : first_ == 'V' ? Verdict::violation
+                                           : Verdict::fits);
+    }
+
+  private:
+    static spool::Analysis analysis_of(spool::Analysis::Verdict verdict) {
+        spool::Analysis analysis;
+        analysis.verdict = verdict;
+        return analysis;
+    }
+    char first_ = 0;
+    bool refused_ = false;
+};
+
 class AnyAnalyzer final : public spool::Analyzer {
   public:
-    Result<spool::Analysis> analyze(const std::filesystem::path& gcode,
-                                    const std::filesystem::path&) override {
-        std::ifstream file{gcode, std::ios::binary};
-        spool::Analysis analysis;
-        const int first = file.get();
-        if (first == 'n') analysis.verdict = spool::Analysis::Verdict::not_gcode;
-        if (first == 'v') analysis.verdict = spool::Analysis::Verdict::violation;
-        return analysis;
+    std::unique_ptr<spool::FileReading> begin(const std::filesystem::path&) override {
+        return std::make_unique<AnyReading>();
     }
 };
 
@@ -69,6 +95,8 @@ class World {
             connection->check_time(moment);
             bytes.remove_prefix(count);
             check_output(*connection, moment);
+            // A refusal that is answered leaves nothing behind, however much is still to come.
+            if (connection->wants_close()) FUZZ_EXPECT(std::filesystem::is_empty(folder_ / "incoming"));
             FUZZ_EXPECT(connection->held_bytes() < 2 * ReadLimits{}.header_bytes_max + 64 * 1024);
         }
         connection->receive_end();

@@ -256,6 +256,55 @@ TEST(Preflight, AJobWithoutAStartIsPrintedBehindAPrologue) {
     EXPECT_EQ(prologue_of(own, bare), "G28\nM109 S200 ; 60\n");
 }
 
+/// The byte behind which `text` is refused; npos: not before its end.
+std::size_t refused_at(const std::string& text) {
+    Preflight preflight{MachineConfig{}};
+    for (std::size_t at = 0; at < text.size(); ++at) {
+        preflight.feed(std::span<const char>{&text[at], 1});
+        if (!preflight.is_refused()) continue;
+        const std::string said{preflight.facts().first_error().message.view()};
+        const Facts whole = read(text);
+        EXPECT_EQ(said, std::string(whole.first_error().message.view())) << "the same at the end";
+        EXPECT_FALSE(whole.lacks_start());
+        return at + 1;
+    }
+    return std::string::npos;
+}
+
+TEST(Preflight, ABadLineIsKnownAtItsEndAndNotAtTheFilesEnd) {
+    // What a file is shows in its first 4 kB: before that a bad line may be text, and no G-code.
+    const std::string filler = [] {
+        std::string lines = kStart;
+        while (lines.size() < 5000) lines += "G1 X10 F6000\nG1 X20\n";
+        return lines;
+    }();
+    const std::string bad = "G1 X999\n", rest = "G1 X11\nM104 S999\n" + filler;
+    EXPECT_EQ(refused_at(filler + bad + rest), filler.size() + bad.size());
+    EXPECT_EQ(refused_at(kStart + bad + filler), 4096u);
+    EXPECT_EQ(refused_at(filler), std::string::npos);
+    EXPECT_EQ(refused_at(kStart + bad), std::string::npos) << "shorter: at its end";
+    EXPECT_EQ(refused_at(std::string(5000, '\0')), 4096u);
+}
+
+TEST(Preflight, WhatAPrologueMendsIsReadToItsEndAndWhatItDoesNotIsToldFirst) {
+    std::string bare;
+    while (bare.size() < 6000) bare += "G1 X10 E1 F600\nG1 X20 E2\n";
+    EXPECT_EQ(refused_at(bare), std::string::npos);
+    EXPECT_TRUE(read(bare).lacks_start());
+    const Facts both = read(bare + "G1 X999\n");
+    EXPECT_FALSE(both.lacks_start());
+    EXPECT_NE(std::string(both.first_error().message.view()).find("X would go to 999"), std::string::npos)
+        << both.first_error().message.view() << ": however many start errors stand before it";
+    EXPECT_EQ(refused_at(bare + "G1 X999\n" + bare), bare.size() + 8);
+}
+
+TEST(Preflight, WhatIsNoGcodeIsOfferedNoPrologue) {
+    // Its first line would be one that lacks a start, if it were G-code.
+    const Facts text = read("G1 X10\n" + std::string(5000, '\0'));
+    ASSERT_NE(text.content, gcode::Content::gcode);
+    EXPECT_FALSE(text.lacks_start());
+}
+
 TEST(Preflight, AMacroOfTheMachineFileHomesAndHeats) {
     MachineConfig machine;
     machine.macros.push_back({"PRINT_START", "G28\nM190 S{BED}\nM109 S{EXTRUDER=200}"});

@@ -22,22 +22,34 @@ namespace {
 using ::testing::HasSubstr;
 
 /// Facts that show that it was asked; refuses what begins with "no".
-class MarkingAnalyzer final : public Analyzer {
+class MarkingReading final : public FileReading {
   public:
-    Result<Analysis> analyze(const std::filesystem::path& gcode,
-                             const std::filesystem::path& layers) override {
-        std::ifstream file{gcode};
-        std::string line;
-        std::getline(file, line);
+    explicit MarkingReading(const std::filesystem::path& layers) : layers_(layers) {}
+    std::optional<Analysis> feed(std::span<const char> bytes) override {
+        text_.append(bytes.data(), bytes.size());
+        return std::nullopt;
+    }
+    Result<Analysis> finish() override {
         Analysis analysis;
-        if (line.starts_with("no")) analysis.verdict = Analysis::Verdict::violation;
+        if (text_.starts_with("no")) analysis.verdict = Analysis::Verdict::violation;
         analysis.message = "it does not fit";
         analysis.facts_json = R"({"layers":7})";
         analysis.layers_json = "[7]";
         analysis.thumbnail = "png";
-        std::ofstream{layers} << "packed";
-        ++asked;
+        std::ofstream{layers_} << "packed";
         return analysis;
+    }
+
+  private:
+    std::filesystem::path layers_;
+    std::string text_;
+};
+
+class MarkingAnalyzer final : public Analyzer {
+  public:
+    std::unique_ptr<FileReading> begin(const std::filesystem::path& layers) override {
+        ++asked;
+        return std::make_unique<MarkingReading>(layers);
     }
     int asked = 0;
 };

@@ -2,6 +2,8 @@
 // cut short.
 #include <gmock/gmock.h>
 
+#include <sstream>
+
 #include "tests/unit/web/web_fixture.h"
 
 namespace qduino::web::connection_test {
@@ -205,6 +207,61 @@ TEST_F(ConnectionTest, ABodyCutShortQueuesNothingAndLeavesNoFile) {
     EXPECT_TRUE(connection_->is_closed());
     EXPECT_EQ(files_in("incoming"), 0u);
     EXPECT_EQ(spool_->queue().size(), 0u);
+}
+
+TEST_F(ConnectionTest, ABadLineIsAnsweredWhileTheFileIsStillBeingSent) {
+    connect();
+    receive(put(1'000'000) + "G28\nG1 X10\nbad\nG1");
+    const Answer answer = parse(output());
+    EXPECT_EQ(answer.status, 422);
+    EXPECT_EQ(answer.json()["error"]["line"], 3);
+    EXPECT_EQ(answer.header("Connection"), "close");
+    EXPECT_TRUE(connection_->wants_close()) << "the sending side is shut behind the answer";
+    EXPECT_TRUE(connection_->wants_input()) << "and what is still sent is thrown away";
+    EXPECT_EQ(files_in("incoming"), 0u);
+    EXPECT_EQ(spool_->counts().total(), 0u);
+    receive(std::string(10'000, 'x'));
+    EXPECT_EQ(output(), "") << "one answer";
+}
+
+TEST_F(ConnectionTest, ABadLineInAFormIsAnsweredWhileItIsStillBeingSent) {
+    const std::string form = multipart("a.gcode", "G28\nbad\nG1 X1\n");
+    const std::string begin = form.substr(0, form.find("bad\n") + 3);
+    connect();
+    receive(std::string{"POST /api/files/local HTTP/1.1\r\nHost: localhost\r\nX-Api-Key: "} + kKey + "\r\n" +
+            kMultipart + "Transfer-Encoding: chunked\r\n\r\n" + [&] {
+                std::ostringstream chunk;
+                chunk << std::hex << begin.size() << "\r\n" << begin << "\r\n";
+                return chunk.str();
+            }());
+    EXPECT_EQ(output(), "") << "the line has no end yet: it could be another word";
+    receive("1\r\n\n\r\n");
+    // The reader of a form holds back what may be the beginning of its end.
+    receive("40\r\n" + std::string(64, '-') + "\r\n");
+    const Answer answer = parse(output());
+    EXPECT_EQ(answer.status, 422);
+    EXPECT_EQ(answer.json()["error"]["line"], 2);
+    EXPECT_TRUE(connection_->wants_close());
+    EXPECT_EQ(files_in("incoming"), 0u);
+}
+
+TEST_F(ConnectionTest, WhoHasShownTheKeyMaySendALargeRefusedBodyToItsEnd) {
+    connect();
+    receive(put(1'000'000) + "not gcode\n");
+    EXPECT_EQ(parse(output()).status, 415);
+    for (int second = 0; second < 58; ++second) {
+        wait(std::chrono::seconds{1});
+        receive(std::string(1000, 'x'));
+        ASSERT_FALSE(connection_->is_closed()) << second;
+    }
+    wait(std::chrono::seconds{3});
+    EXPECT_TRUE(connection_->is_closed()) << "not for ever";
+
+    connect();
+    receive(put(1'000'000) + "not gcode\n");
+    static_cast<void>(output());
+    wait(std::chrono::seconds{6});
+    EXPECT_TRUE(connection_->is_closed()) << "it sends nothing more";
 }
 
 TEST_F(ConnectionTest, ARefusedBodyIsDrainedForAWhileAndNoLonger) {

@@ -13,34 +13,71 @@
 
 namespace qduino::web {
 
-/// Takes any text for G-code but "not gcode", and finds the word `bad` a violation at its line.
-class TestAnalyzer final : public spool::Analyzer {
+/// Takes any text for G-code but "not gcode", and finds the word `bad` a violation at its line. What
+/// is only `unhomed` it reads to its end, for the prologue.
+class TestReading final : public spool::FileReading {
   public:
-    Result<spool::Analysis> analyze(const std::filesystem::path& gcode,
-                                    const std::filesystem::path& layers) override {
+    TestReading(std::filesystem::path layers, double estimated_s)
+        : layers_(std::move(layers)), estimated_s_(estimated_s) {}
+
+    std::optional<spool::Analysis> feed(std::span<const char> bytes) override {
+        text_.append(bytes.data(), bytes.size());
+        for (std::size_t end = 0; (end = text_.find('\n')) != std::string::npos; text_.erase(0, end + 1))
+            if (on_line(text_.substr(0, end))) return refusal_;
+        return std::nullopt;
+    }
+    Result<spool::Analysis> finish() override {
+        on_line(text_);
+        if (refusal_) return *refusal_;
         spool::Analysis analysis;
-        std::ifstream file{gcode};
-        std::string line;
-        for (std::uint64_t number = 1; std::getline(file, line); ++number) {
-            if (line.starts_with("not gcode")) {
-                analysis.verdict = spool::Analysis::Verdict::not_gcode;
-                analysis.message = "This is no G-code.";
-                return analysis;
-            }
-            if (line.starts_with("homes")) return analysis;
-            if (!line.starts_with("bad") && !line.starts_with("unhomed")) continue;
-            analysis.verdict = spool::Analysis::Verdict::violation;
-            analysis.message = line.starts_with("bad") ? "too hot" : "nothing has homed it";
-            analysis.line = number;
-            if (line.starts_with("unhomed")) analysis.prologue = "homes\n";
-            return analysis;
-        }
-        std::ofstream{layers} << "AAABBBBB";
+        if (homes_) return analysis;
+        std::ofstream{layers_} << "AAABBBBB";
         analysis.layers_json = R"([{"index":0,"bytes":3},{"index":1,"bytes":5}])";
         analysis.facts_json = R"({"layers":2,"estimated_s":100})";
-        analysis.estimated_s = estimated_s;
+        analysis.estimated_s = estimated_s_;
         analysis.thumbnail = "\x89PNG";
         return analysis;
+    }
+
+  private:
+    /// True when the refusal stands, whatever follows.
+    bool on_line(const std::string& line) {
+        using Verdict = spool::Analysis::Verdict;
+        ++number_;
+        if (homes_ || line.starts_with("homes")) {
+            homes_ = true;
+        } else if (line.starts_with("not gcode")) {
+            refuse(Verdict::not_gcode, "This is no G-code.");
+        } else if (line.starts_with("bad")) {
+            refuse(Verdict::violation, "too hot");
+        } else if (line.starts_with("unhomed") && !refusal_) {
+            refuse(Verdict::violation, "nothing has homed it");
+            refusal_->prologue = "homes\n";
+            return false;
+        } else {
+            return false;
+        }
+        return refusal_.has_value();
+    }
+    void refuse(spool::Analysis::Verdict verdict, const std::string& message) {
+        refusal_.emplace();
+        refusal_->verdict = verdict;
+        refusal_->message = message;
+        refusal_->line = verdict == spool::Analysis::Verdict::violation ? number_ : 0;
+    }
+
+    std::filesystem::path layers_;
+    double estimated_s_;
+    std::string text_;
+    std::uint64_t number_ = 0;
+    bool homes_ = false;
+    std::optional<spool::Analysis> refusal_;
+};
+
+class TestAnalyzer final : public spool::Analyzer {
+  public:
+    std::unique_ptr<spool::FileReading> begin(const std::filesystem::path& layers) override {
+        return std::make_unique<TestReading>(layers, estimated_s);
     }
 
     double estimated_s = 100;  ///< of every file; 0: none
