@@ -210,8 +210,7 @@ void read_start(Section& s, printer::StartConfig& start) {
     s.text("gcode", lines);
     start.text.assign(lines);
     if (start.text.size() < lines.size())
-        s.fault("gcode",
-                text<std::string>("'gcode' has more than ", decltype(start.text)::kCapacity, " bytes"));
+        s.fault("gcode", text<std::string>("has more than ", decltype(start.text)::kCapacity, " bytes"));
     s.number("hot_end_celsius", start.hot_end, 0, 400);
     s.number("bed_celsius", start.bed, 0, 400);
 }

@@ -1,5 +1,7 @@
 #include "apps/machine_file/macro_check.h"
 
+#include <cstdint>
+
 #include "base/text.h"
 #include "printer/gcode/command_table.h"
 #include "printer/gcode/expansion.h"
@@ -18,13 +20,15 @@ std::string full_call(std::string_view lines) {
     return arguments;
 }
 
+enum class Place : std::uint8_t { macro, job };
+
 /// Why no job can carry `line` out; empty when one may.
-std::string line_error(const printer::MachineConfig& machine, std::string_view line) {
+std::string line_error(const printer::MachineConfig& machine, std::string_view line, Place place) {
     const auto command = gcode::parse_line(line);
     if (!command) return std::string{command.error().message.view()};
     if (!*command) return "";
     if ((*command)->letter == '\0' && gcode::find_macro(machine, (*command)->word.view()))
-        return "a macro calls no macro";
+        return place == Place::macro ? "a macro calls no macro" : "";
     const gcode::CodeInfo* const known = gcode::find_code(**command);
     if (known && gcode::is_refused(*known))
         return text<std::string>(known->name, " is not done by this printer");
@@ -32,22 +36,30 @@ std::string line_error(const printer::MachineConfig& machine, std::string_view l
     return "";
 }
 
+/// What is wrong with `lines`, which are called `name` here and get `arguments`.
+std::string errors_in(const printer::MachineConfig& machine, std::string_view name, std::string_view text,
+                      const std::string& arguments, Place place) {
+    const std::string_view what = place == Place::macro ? "macro " : "";
+    std::string out;
+    gcode::Expansion lines;
+    if (const auto begun = lines.begin(name, text, arguments); !begun)
+        write(out, "  ", what, begun.error().message, '\n');
+    for (int number = 1; lines.active(); ++number) {
+        const std::string_view line = lines.next();
+        if (const std::string error = line_error(machine, line, place); !error.empty())
+            write(out, "  ", what, name, ", line ", number, ", ", line, ": ", error, '\n');
+    }
+    return out;
+}
+
 }  // namespace
 
 std::string macro_errors(const printer::MachineConfig& machine) {
-    std::string out;
-    for (const printer::Macro& macro : machine.macros) {
-        gcode::Expansion lines;
-        if (const auto begun =
-                lines.begin(macro.name.view(), macro.text.view(), full_call(macro.text.view()));
-            !begun)
-            write(out, "  macro ", begun.error().message, '\n');
-        for (int number = 1; lines.active(); ++number) {
-            const std::string_view line = lines.next();
-            if (const std::string error = line_error(machine, line); !error.empty())
-                write(out, "  macro ", macro.name, ", line ", number, ", ", line, ": ", error, '\n');
-        }
-    }
+    std::string out =
+        errors_in(machine, "[start] gcode", machine.start.text.view(), "HOT_END=200 BED=60", Place::job);
+    for (const printer::Macro& macro : machine.macros)
+        out += errors_in(machine, macro.name.view(), macro.text.view(), full_call(macro.text.view()),
+                         Place::macro);
     return out;
 }
 

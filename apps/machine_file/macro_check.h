@@ -1,4 +1,4 @@
-// What is wrong with the macros of a machine file, before a job calls one.
+// What is wrong with the macros and the start of a machine file, before a job needs one.
 #pragma once
 
 #include <string>
@@ -7,9 +7,9 @@
 
 namespace qduino::apps {
 
-/// One line for each line of a macro that no job could carry out, whatever it gives: it is
-/// malformed, or its code is none of this printer's, or it calls a macro. Empty when there is none.
-/// A parameter counts as a number.
+/// One line for each line of a macro, or of [start], that no job could carry out, whatever it gives:
+/// it is malformed, or its code is none of this printer's, or a macro calls a macro. Empty when
+/// there is none. A parameter counts as a number; [start] has HOT_END and BED alone.
 [[nodiscard]] std::string macro_errors(const printer::MachineConfig& machine);
 
 }  // namespace qduino::apps

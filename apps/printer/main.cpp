@@ -119,7 +119,8 @@ int check(int argc, char** argv) {
         }
         std::fputs(apps::describe(machine, path).c_str(), stdout);
         if (const std::string wrong = apps::macro_errors(machine); !wrong.empty())
-            status = fail(qduino::text<std::string>(path, ": jobs that call these are refused:\n", wrong));
+            status =
+                fail(qduino::text<std::string>(path, ": a job that needs one of these is refused:\n", wrong));
     }
     return status;
 }

@@ -185,6 +185,49 @@ TEST(MachineFile, MacrosAreWordsWithTheirLines) {
     EXPECT_NE(error_of(many).find("is one macro more than 12"), std::string::npos);
 }
 
+TEST(MachineFile, TheStartIsItsTextAndTwoTemperatures) {
+    const auto parsed = parse_machine(
+        "[start]\ngcode = \"\"\"\nG28\nM109 S{HOT_END}\n\"\"\"\nhot_end_celsius = 215\nbed_celsius = 0\n",
+        "m.toml");
+    ASSERT_TRUE(parsed) << parsed.error().message.view();
+    EXPECT_EQ(parsed->start.text.view(), "G28\nM109 S{HOT_END}\n");
+    EXPECT_EQ(parsed->start.hot_end, 215_celsius);
+    EXPECT_EQ(parsed->start.bed, 0_celsius);
+    const auto reference = parse_machine("", "m.toml");
+    EXPECT_EQ(reference->start.text.view(), "") << "made from the machine's numbers";
+    EXPECT_EQ(reference->start.hot_end, 200_celsius);
+    EXPECT_EQ(reference->start.bed, 60_celsius);
+}
+
+TEST(MachineFile, AStartThatDoesNotFitIsRefusedAndNotCut) {
+    const auto with_start_of = [](std::size_t bytes) {
+        return "[start]\ngcode = '" + std::string(bytes, ';') + "'\n";
+    };
+    EXPECT_EQ(error_of(with_start_of(768)), "");
+    EXPECT_EQ(error_of(with_start_of(769)), "m.toml:2: [start] 'gcode' has more than 768 bytes");
+    EXPECT_EQ(error_of("[start]\nlines = 'G28'\n"),
+              "m.toml:2: [start] 'lines' is not known; accepted: gcode, hot_end_celsius, bed_celsius");
+    EXPECT_EQ(error_of("[start]\nhot_end_celsius = 401\n"),
+              "m.toml:2: [start] 'hot_end_celsius' is 401; accepted: a number from 0 to 400");
+    EXPECT_EQ(error_of("[start]\nbed_celsius = -1\n"),
+              "m.toml:2: [start] 'bed_celsius' is -1; accepted: a number from 0 to 400");
+}
+
+TEST(MachineFile, TheFloorOfM302IsNeverAboveTheLimitItself) {
+    EXPECT_EQ(parse_machine("", "m.toml")->minimum_extrude_floor, 160_celsius);
+    EXPECT_EQ(parse_machine("minimum_extrude_celsius = 120\n", "m.toml")->minimum_extrude_floor, 120_celsius)
+        << "what nobody has said goes down with it";
+    EXPECT_EQ(parse_machine("minimum_extrude_floor_celsius = 170\n", "m.toml")->minimum_extrude_floor,
+              170_celsius);
+    EXPECT_EQ(error_of("minimum_extrude_celsius = 180\nminimum_extrude_floor_celsius = 180\n"), "");
+    const std::string above =
+        error_of("minimum_extrude_celsius = 180\nminimum_extrude_floor_celsius = 181\n");
+    EXPECT_EQ(above.substr(0, above.find(": ")), "m.toml:2") << above;
+    EXPECT_NE(above.find("is 181, above minimum_extrude_celsius, 180"), std::string::npos) << above;
+    EXPECT_EQ(parse_machine("minimum_extrude_floor_celsius = 0\n", "m.toml")->minimum_extrude_floor,
+              0_celsius);
+}
+
 TEST(MachineFile, AKeyInAnotherUnitIsToldSo) {
     EXPECT_EQ(error_of("[axes.x]\nmax_speed_mm_min = 6000\n"),
               "m.toml:2: [axes.x] 'max_speed_mm_min' is not known: is it 'max_speed_mm_s', in that unit?");

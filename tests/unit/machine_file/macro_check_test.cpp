@@ -33,5 +33,20 @@ TEST(MacroCheck, NamesEachLineThatNoJobCould) {
     EXPECT_EQ(std::ranges::count(found, '\n'), 4) << found;
 }
 
+TEST(MacroCheck, NamesEachLineOfTheStartThatNoJobCould) {
+    const auto errors_of_start = [](const std::string& text, const std::string& more = "") {
+        printer::MachineConfig machine;
+        EXPECT_EQ(machine_error("[start]\ngcode = '''" + text + "'''\n" + more, "m.toml", machine), "");
+        return macro_errors(machine);
+    };
+    EXPECT_EQ(errors_of_start("G28\nM190 S{BED}\nM109 S{HOT_END} ; hot\n"), "");
+    EXPECT_EQ(errors_of_start("WARM\n", "[macros]\nWARM = 'G28'\n"), "") << "a job may call a macro";
+    EXPECT_NE(errors_of_start("G28\nWARM\nG999\n").find("[start] gcode, line 2, WARM: "), std::string::npos);
+    EXPECT_NE(errors_of_start("G28\nWARM\nG999\n").find("[start] gcode, line 3, G999: "), std::string::npos);
+    EXPECT_NE(errors_of_start("M109 S{EXTRUDER}").find("needs EXTRUDER"), std::string::npos)
+        << errors_of_start("M109 S{EXTRUDER}");
+    EXPECT_NE(errors_of_start("M109 S{HOT_END").find("[start] gcode"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace qduino::apps::macro_check_test
