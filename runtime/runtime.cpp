@@ -1,6 +1,7 @@
 #include "runtime/runtime.h"
 
 #include <algorithm>
+#include <utility>
 #include <vector>
 
 #include "base/contract.h"
@@ -21,6 +22,12 @@ std::vector<sched::PlatformOverheads> overheads_of(board::Board& board, const Pl
         if (plan.may_share(core)) overheads[static_cast<std::size_t>(core)] = board.platform_overheads(core);
     }
     return overheads;
+}
+
+/// `cores`, a bit for each core, with or without this one.
+constexpr std::uint64_t with_bit(std::uint64_t cores, int core, bool there) {
+    const std::uint64_t bit = std::uint64_t{1} << core;
+    return there ? cores | bit : cores & ~bit;
 }
 
 Error too_late(const char* call) {
@@ -281,16 +288,35 @@ Result<void> Runtime::core_timer(int core, bool enabled) {
     }
     return one_at_a_time([&]() -> Result<void> {
         QDUINO_TRY(board_.core_timer(core, enabled));
-        return keep_if_admitted(enabled ? "with its tick back" : "without its tick",
-                                [&] { return board_.core_timer(core, !enabled); });
+        const std::uint64_t before = std::exchange(tickless_, with_bit(tickless_, core, !enabled));
+        if (tickless_ == before) return {};
+        const Result<void> kept = keep_if_admitted(enabled ? "with its tick back" : "without its tick",
+                                                   [&] { return board_.core_timer(core, !enabled); });
+        if (!kept) tickless_ = before;
+        return kept;
     });
 }
 
+/// What is undone is what the call has changed, and not the opposite of what it asked for: some of
+/// it, or all, may have been so before.
 Result<void> Runtime::route_interrupts(board::DeviceClass device, int core, bool allowed) {
     return one_at_a_time([&]() -> Result<void> {
         QDUINO_TRY(board_.route_interrupts(device, core, allowed));
-        return keep_if_admitted("with these interrupts routed so",
-                                [&] { return board_.route_interrupts(device, core, !allowed); });
+        const auto before = away_;
+        for (std::size_t each = 0; each < away_.size(); ++each) {
+            if (device == board::DeviceClass::all || device == static_cast<board::DeviceClass>(each))
+                away_[each] = with_bit(away_[each], core, !allowed);
+        }
+        if (away_ == before) return {};
+        const Result<void> kept = keep_if_admitted("with these interrupts routed so", [&] {
+            for (std::size_t each = 0; each < away_.size(); ++each) {
+                if (away_[each] != before[each])
+                    static_cast<void>(
+                        board_.route_interrupts(static_cast<board::DeviceClass>(each), core, !allowed));
+            }
+        });
+        if (!kept) away_ = before;
+        return kept;
     });
 }
 

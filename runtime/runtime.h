@@ -160,6 +160,9 @@ class Runtime {
     std::atomic<bool> handlers_held_{false};
     std::atomic<std::uint32_t> handler_runs_{0};
     board::LockWord changing_;  // held by the loop that has its core judged again
+    // What was asked for last, a bit for each core: classes routed away from it, and no tick.
+    std::array<std::uint64_t, board::kDeviceClassCount> away_{};
+    std::uint64_t tickless_ = 0;
     board::VcpuId gpio_io_ = board::kNoVcpu;
     // By the name in interruptsVcpu(); the last is `all`.
     std::array<board::VcpuId, board::kDeviceClassCount + 1> io_of_device_{};

@@ -264,6 +264,34 @@ TEST_F(RuntimeTest, InterruptsThatAreRoutedLaterAreAdmittedAgain) {
     EXPECT_TRUE(without);
 }
 
+TEST_F(RuntimeTest, OfARefusedChangeOnlyWhatItChangedIsUndone) {
+    SimConfig config;
+    const auto source = [](DeviceClass device, double rate_hz, Nanoseconds top_half) {
+        return board::sim::InterruptSource{.device = device,
+                                           .rate_hz = rate_hz,
+                                           .arrival = board::sim::Arrival::periodic,
+                                           .core = 1,
+                                           .top_half = top_half};
+    };
+    config.interrupts = {source(DeviceClass::nic, 2000, 150us), source(DeviceClass::disk, 100, 10us)};
+    Result<void> all, again;
+    setup([&] { EXPECT_TRUE(runtime_->route_interrupts(DeviceClass::disk, 1, false)); });
+    loop(1, 80ms, 100ms, 0, [&] {
+        // Core 0 cannot bear the NIC's.
+        all = runtime_->route_interrupts(DeviceClass::all, 1, false);
+        wait();
+        again = runtime_->route_interrupts(DeviceClass::disk, 1, false);
+        wait();
+    });
+    loop(2, 1ms, 100ms, 1, [&] { wait(); });
+    ASSERT_TRUE(begin(config));
+    run(95ms);
+    EXPECT_FALSE(all);
+    EXPECT_EQ(board_->stolen_time(0), 9 * 10us) << "the disk's stay where setup() has sent them";
+    run(150ms);
+    EXPECT_TRUE(again) << "what is so already needs no admission";
+}
+
 TEST_F(RuntimeTest, WithoutEnforcementItRunsAllTheSame) {
     loop(1, 60ms, 100ms, 0, [this] { busy(60ms), wait(); });
     loop(2, 60ms, 100ms, 0, [this] { busy(60ms), wait(); });
