@@ -1,0 +1,230 @@
+"""Makes random sets (sets.py) that keep what they declare. Which features a set has is drawn first, so that each is also
+met alone. What the analysis does not count yet is behind a switch (SWITCHES) and off."""
+
+import sets
+from sets import MS, US
+
+# Each off until admission counts it.
+SWITCHES = {
+    "sleeps_in_pieces": False,  # a declared sleep is taken in several
+}
+
+PERIODS = (2, 4, 5, 5, 8, 10, 10, 12, 16, 20, 25, 40, 50, 100)
+BUSES = ("nic", "disk", "uart", "i2c", "spi")
+
+
+class Generator:
+    def __init__(self, random):
+        self.random = random
+        self.set = None
+
+    def one_in(self, n):
+        return self.random.randrange(n) == 0
+
+    def make(self):
+        if self.one_in(4):
+            self.make_theme_of_changes()
+        else:
+            self.make_mixture()
+        longest = max((loop.period for loop in self.set.loops), default=MS)
+        self.set.length = min(max(25 * longest, 400 * MS), 2000 * MS)
+        return self.set
+
+    def make_mixture(self):
+        draw = self.random
+        the_set = self.set = sets.Set(cores=draw.choice((1, 1, 1, 2, 2, 3)))
+        the_set.step_ns = draw.choice((10 * US, 10 * US, 5 * US, draw.randint(3000, 13000)))
+        if self.one_in(2):
+            the_set.switch = draw.choice((1, 5, 20, 50, 200)) * US
+        for lock in range(draw.choice((0, 0, 1, 1, 2, 3))):
+            the_set.locks[lock] = {}
+        for core in range(the_set.cores):
+            self.add_loops(core)
+        self.declare_locks()
+        self.add_interrupts()
+        if self.one_in(3):
+            self.add_edges()
+        if self.one_in(3):
+            self.add_changes()
+
+    # ---- loops -------------------------------------------------------------------------------
+
+    def add_loops(self, core):
+        draw, the_set = self.random, self.set
+        rest = draw.uniform(0.3, 0.95)
+        count = draw.choice((1, 2, 2, 3, 3, 4))
+        for place in range(count):
+            part = rest if place == count - 1 else rest * draw.uniform(0.15, 0.7)
+            rest -= part
+            period = draw.choice(PERIODS) * MS
+            if self.one_in(4):
+                period = draw.randint(period // 2, period) + 1
+            steps = max(int(part * period) // the_set.step_ns, 1)
+            sleep = draw.randint(1, max(int((period - steps * the_set.step_ns) * 0.4), 1)) if self.one_in(4) else 0
+            number = len(the_set.loops) + 1
+            scripts = [self.script(steps, sleep, whole=turn == 0) for turn in range(draw.choice((1, 1, 2, 3, 5)))]
+            budget = max(sets.needs(script, the_set.step_ns) for script in scripts)
+            if self.one_in(5):
+                budget += draw.randint(0, budget // 10)
+            if budget < period:
+                anywhere = core > 0 and self.one_in(10)
+                the_set.loops.append(sets.Loop(number, budget, period, -1 if anywhere else core, sleep, scripts))
+
+    def script(self, steps, sleep, whole):
+        """Computes at most `steps`, sleeps at most `sleep`; the first one of a loop does all of both."""
+        draw = self.random
+        if not whole:
+            steps = draw.randint(1, steps)
+            sleep = draw.randint(0, sleep) if self.one_in(2) else sleep
+        cuts = sorted(draw.randint(0, steps) for _ in range(3))
+        lengths = [b - a for a, b in zip([0, *cuts], [*cuts, steps])]
+        pieces = [[("c", length)] for length in lengths if length]
+        free = sorted(self.set.locks)
+        if free and pieces and not self.one_in(3):
+            lock = draw.choice(free)
+            place = draw.randrange(len(pieces))
+            inside = pieces[place]
+            above = [other for other in free if other > lock]
+            if above and self.one_in(2):
+                inside = [("l", draw.choice(above)), *inside, ("u", 0)]
+                inside[-1] = ("u", inside[0][1])
+                if place + 1 < len(pieces) and self.one_in(2):
+                    inside += pieces.pop(place + 1)
+            pieces[place] = [("l", lock), *inside, ("u", lock)]
+        if sleep:
+            pieces.insert(draw.randint(0, len(pieces)), [("s", sleep)])
+        return [step for piece in pieces for step in piece]
+
+    def declare_locks(self):
+        """Each lock says who holds it and for how long at most; some say nothing."""
+        the_set = self.set
+        for lock in list(the_set.locks):
+            held = {}
+            for loop in the_set.loops:
+                for script in loop.scripts:
+                    length = sets.sections(script, the_set.step_ns).get(lock)
+                    if length is not None:
+                        held[loop.id] = max(held.get(loop.id, 1), length)
+            if not held:
+                del the_set.locks[lock]
+            elif not self.one_in(12):
+                the_set.locks[lock] = held
+
+    # ---- what comes from outside -------------------------------------------------------------
+
+    def add_interrupts(self):
+        draw, the_set = self.random, self.set
+        if self.one_in(3):
+            the_set.tick_period = draw.choice((1, 4, 9, 10, 15)) * MS
+            the_set.tick_cost = draw.choice((5 * US, 50 * US, draw.randint(100, 1000) * US)) * the_set.tick_period // (15 * MS) or 1
+        for _ in range(draw.choice((0, 0, 1, 1, 2, 3))):
+            top = draw.randint(100, 1000) * US if self.one_in(2) else draw.randint(1, 100) * US
+            period = max(draw.randint(10, 60) * top, draw.randint(1, 40) * MS)
+            bottom = draw.randint(50, 1000) * US if self.one_in(2) else 0
+            period = max(period, 12 * bottom)
+            if self.one_in(2):
+                period = max(period // MS, 1) * MS
+            start = draw.choice((0, draw.randint(1, 50 * MS)))
+            the_set.interrupts.append(sets.Interrupt(draw.choice(BUSES[:3]), period, draw.randrange(the_set.cores), top, bottom, start))
+        # Many small ones: more than any table has places for.
+        if self.one_in(10):
+            for _ in range(draw.randint(7, 11)):
+                period = draw.randint(8, 30) * MS
+                the_set.interrupts.append(sets.Interrupt(draw.choice(BUSES), period, 0, draw.randint(10, 250) * US, 0, 0))
+            the_set.interrupts[-1].top = draw.randint(100, 1000) * US
+        for device in sorted({source.device for source in the_set.interrupts if source.bottom}):
+            if self.one_in(2):
+                the_set.services.append(sets.Service(device, *self.io_share(), draw.randrange(the_set.cores)))
+        if the_set.cores > 1 and self.one_in(4):
+            for device in sorted({source.device for source in the_set.interrupts}):
+                the_set.away.append((device, draw.randrange(the_set.cores)))
+
+    def io_share(self):
+        draw = self.random
+        period = draw.choice((1, 2, 5, 10, 20, 100)) * MS
+        return max(int(period * draw.choice((0.005, 0.01, 0.02, 0.05, 0.1))), 2 * self.set.switch + 1), period
+
+    def add_edges(self):
+        draw, the_set = self.random, self.set
+        if self.one_in(3):
+            the_set.services.append(sets.Service("gpio", *self.io_share(), draw.randrange(the_set.cores)))
+        has_class = any(service.device == "gpio" for service in the_set.services)
+        for pin in range(2, 2 + draw.choice((1, 1, 2))):
+            most = max(draw.randint(10, 600) * US // the_set.step_ns, 1)
+            scripts = [[("c", draw.randint(1, most))] for _ in range(draw.choice((1, 2)))]
+            share = (0, 1) if has_class and self.one_in(2) else self.io_share()
+            the_set.edges.append(sets.Edge(pin, *share, draw.randrange(the_set.cores), scripts))
+            loop = draw.choice(the_set.loops)
+            for script in loop.scripts:
+                for _ in range(draw.choice((1, 1, 2, 4))):
+                    script.insert(draw.randint(0, len(script)), ("p", pin))
+
+    def add_changes(self):
+        """A loop, or two, route interrupts away and back, and raise and lower I/O VCPUs, each again and again."""
+        draw, the_set = self.random, self.set
+        choices = []
+        for device in sorted({source.device for source in the_set.interrupts}) if the_set.cores > 1 else ():
+            choices += [(kind, device, core) for core in range(the_set.cores) for kind in "aarr"]
+        for service in the_set.services:
+            more = min(int(service.budget * draw.uniform(1.2, 12)), service.period)
+            choices += [("b", service.device, share, service.period) for share in (more, more, service.budget)]
+        if not choices:
+            return
+        for _ in range(draw.choice((1, 1, 2))):
+            loop = draw.choice(the_set.loops)
+            turns = draw.randint(1, 7)
+            loop.scripts = [list(loop.scripts[turn % len(loop.scripts)]) for turn in range(max(turns, len(loop.scripts)))]
+            for _ in range(draw.randint(2, 5)):
+                script = draw.choice(loop.scripts)
+                script.insert(draw.randint(0, len(script)), draw.choice(choices))
+
+    def make_theme_of_changes(self):
+        """Interrupts about as far apart as releases, and a loop that sends them to and fro: what a release meets before a change and
+        after it adds up."""
+        draw = self.random
+        the_set = self.set = sets.Set(cores=draw.choice((2, 2, 3)))
+        the_set.switch = draw.choice((0, 0, 5, 50)) * US
+        for core in range(the_set.cores):
+            self.add_loops(core)
+        shortest = min(loop.period for loop in the_set.loops)
+        for _ in range(draw.choice((2, 2, 3))):
+            top = draw.randint(200, 1000) * US
+            period = max(int(draw.uniform(0.7, 4) * max(shortest, 4 * MS)), 4 * top)
+            bottom = draw.randint(50, 500) * US if self.one_in(3) else 0
+            self.set.interrupts.append(sets.Interrupt(draw.choice(BUSES[:3]), period, draw.randrange(the_set.cores), top, bottom,
+                                                      draw.randint(0, 20 * MS)))
+        for device in sorted({source.device for source in the_set.interrupts}):
+            if self.one_in(3):
+                the_set.services.append(sets.Service(device, *self.io_share(), draw.randrange(the_set.cores)))
+        if self.one_in(2):
+            self.add_edges()
+        self.add_changes()
+
+
+def random_set(random):
+    """Of a seed that gives nothing honest (no loop fits, for instance) the next draws are taken."""
+    while True:
+        the_set = Generator(random).make()
+        if sets.is_honest(the_set):
+            return the_set
+
+
+def scaled(the_set, factor, core=None):
+    """The same with more (or less) computing, of the loops of one core or of all: budgets, and what scripts and sections take
+    of them. None: there is no such set."""
+    changed = the_set.copy()
+
+    def scale(scripts):
+        return [[("c", max(int(step[1] * factor), 1)) if step[0] == "c" else step for step in script] for script in scripts]
+
+    for loop in (loop for loop in changed.loops if core in (None, loop.core)):
+        slack = loop.budget - max(sets.needs(script, changed.step_ns) for script in loop.scripts)
+        loop.scripts = scale(loop.scripts)
+        loop.budget = max(sets.needs(script, changed.step_ns) for script in loop.scripts) + slack
+        if loop.budget >= loop.period:
+            return None
+    for lock, held in changed.locks.items():
+        for number in held:
+            loop = next(loop for loop in changed.loops if loop.id == number)
+            held[number] = max(sets.sections(script, changed.step_ns).get(lock, 1) for script in loop.scripts)
+    return changed if sets.is_honest(changed) else None
