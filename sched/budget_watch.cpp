@@ -80,16 +80,27 @@ BudgetWatch::Verdict BudgetWatch::look(Instant now, ThreadTimes times) {
     settle(now, times);
     const Nanoseconds enough = std::max(vcpu_.budget, kTick);
     const Nanoseconds least = escaped_ ? Nanoseconds{0} : -patience();
-    if (held_ ? level_ < enough : level_ < least) {
+    if (held_ ? level_ < enough : level_ < least && goes_on()) {
         if (!held_) ++holds_;
         held_ = escaped_ = true;
+        fallen_ = false;
         next_look_ = looked_at_ + std::max(time_to_earn(enough - level_), kTick);
         return Verdict::hold;
     }
     held_ = false;
+    if (level_ >= least) fallen_ = false;
     // It cannot use more than the time that passes.
     next_look_ = looked_at_ + std::max(level_ - least, kTick);
     return Verdict::run;
+}
+
+/// Of one whose level is below what the patience allows.
+bool BudgetWatch::goes_on() {
+    if (!fallen_) {
+        fallen_ = true;
+        fell_to_ = level_;
+    }
+    return escaped_ || level_ < fell_to_ - kGrace;
 }
 
 }  // namespace qduino::sched

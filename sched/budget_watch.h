@@ -19,11 +19,21 @@
 // - a tick: what the kernel tells of a running thread is so old;
 // - what the level would have risen beyond 2C while others kept the thread from running: it catches
 //   up afterwards.
+// What a host or an interrupt takes while the thread runs looks like its own use, and comes at
+// once: 100 ms of a budget of 1 ms. A thread that keeps itself sleeps then until it has paid. So
+// one that falls below the patience is held only if it goes on: if it has sunk further by the grace
+// at a later look.
+//
+//   level   C ┤╮ a host's pause                    ╭──       an escape: it goes on
+//    patience ┤│                          ╭────────╯          ╲
+//             ┤╰── it sleeps until it has paid                 ╲ grace: held
+//
 // So a thread that keeps to its budget is never held. One that does not gets no more than
 //
-//   C + ((C + w)/T + 0.2 %)·t + patience + the time between two looks
+//   C + ((C + w)/T + 0.2 %)·t + patience + grace + the time between two looks
 //
-// in the first t, for an overrun is paid back. Pure: no clock, no system.
+// in the first t, for an overrun is paid back, and whoever was held once has no grace until it has
+// been full again. Pure: no clock, no system.
 #pragma once
 
 #include <cstdint>
@@ -47,6 +57,8 @@ class BudgetWatch {
     /// A part of the time that passes, beside the VCPU's own share: what two clocks and a wait may
     /// differ by.
     static constexpr int kMarginDivisor = 500;
+    /// What one that pays by itself may still use: its keeper's way through its sleeps.
+    static constexpr Nanoseconds kGrace = 2ms;
     /// A wait may be so long in any period.
     static constexpr Nanoseconds kWaitInAnyPeriod = 10us;
 
@@ -74,6 +86,7 @@ class BudgetWatch {
 
   private:
     void settle(Instant now, ThreadTimes times);
+    [[nodiscard]] bool goes_on();
     [[nodiscard]] Nanoseconds patience() const;
     [[nodiscard]] Nanoseconds earned_in(Nanoseconds time) const;
     [[nodiscard]] Nanoseconds time_to_earn(Nanoseconds amount) const;
@@ -90,6 +103,8 @@ class BudgetWatch {
     Nanoseconds cut_{};      // what it was too full for, since it last ran
     Nanoseconds backlog_{};  // that much of it was due to others, and may be caught up
     std::uint32_t holds_ = 0;
+    Nanoseconds fell_to_{};  // the level when it fell below the patience
+    bool fallen_ = false;    // and is still there, and runs
     bool held_ = false;
     bool escaped_ = false;  // until it has been full once more
 };

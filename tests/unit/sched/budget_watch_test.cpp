@@ -45,6 +45,8 @@ TEST(BudgetWatch, LetsTheHolderOfALockOverrunByOneBudget) {
 
 TEST(BudgetWatch, HoldsAThreadThatTookMoreUntilItHasEarnedABudget) {
     BudgetWatch watch{kTenth, 0ns, kEpoch, {}};
+    ASSERT_EQ(watch.look(kEpoch + 46ms, {46ms}), Verdict::run) << "it may have been the host";
+    EXPECT_EQ(watch.next_look(), kEpoch + 50ms);
     EXPECT_EQ(watch.look(kEpoch + 50ms, {50ms}), Verdict::hold);
     EXPECT_EQ(watch.holds(), 1u);
     const Instant next = watch.next_look();
@@ -54,6 +56,34 @@ TEST(BudgetWatch, HoldsAThreadThatTookMoreUntilItHasEarnedABudget) {
     EXPECT_EQ(watch.holds(), 1u);
     EXPECT_EQ(watch.used(), 50ms);
     EXPECT_EQ(watch.watched(), next - kEpoch);
+}
+
+TEST(BudgetWatch, DoesNotHoldAThreadThatAPauseWasChargedToAndThatPaysByItself) {
+    BudgetWatch watch{kTenth, 0ns, kEpoch, {}};
+    ASSERT_EQ(watch.look(kEpoch + 120ms, {120ms}), Verdict::run);
+    // Its keeper sleeps until all is paid, and wakes now and then to see that it is not.
+    Nanoseconds used = 120ms;
+    Instant now = kEpoch + 120ms;
+    for (; now < kEpoch + 1100ms; now += 4ms) {
+        ASSERT_EQ(watch.look(now, {used}), Verdict::run) << to_ns(now);
+        if (to_ns(now) / 1'000'000 % 100 == 0) used += 100us;
+    }
+    ASSERT_EQ(watch.look(now, {used + 10ms}), Verdict::run);
+    EXPECT_EQ(watch.holds(), 0u);
+}
+
+TEST(BudgetWatch, HoldsOneThatGoesOnInSmallPiecesAfterAPause) {
+    BudgetWatch watch{kTenth, 0ns, kEpoch, {}};
+    ASSERT_EQ(watch.look(kEpoch + 120ms, {120ms}), Verdict::run);
+    Nanoseconds used = 120ms;
+    Instant now = kEpoch + 120ms;
+    while (watch.holds() == 0 && now < kEpoch + 300ms) {
+        now += 4ms;
+        used += 1ms;  // a quarter of the core, and a tenth is its own
+        static_cast<void>(watch.look(now, {used}));
+    }
+    EXPECT_EQ(watch.holds(), 1u);
+    EXPECT_LE(used, 124ms) << "what it may have beyond its share is the grace";
 }
 
 TEST(BudgetWatch, KnowsABudgetThatWasRaised) {
@@ -68,7 +98,8 @@ TEST(BudgetWatch, HoldsAThreadThatGoesOnByABudgetThatWasLowered) {
     BudgetWatch watch{{50ms, 100ms}, 0ns, kEpoch, {}};
     watch.change(kEpoch + 10ms, {10ms}, kTenth);
     EXPECT_EQ(watch.look(kEpoch + 60ms, {60ms}), Verdict::run) << "what it had saved up is its own";
-    EXPECT_EQ(watch.look(kEpoch + 100ms, {100ms}), Verdict::hold);
+    EXPECT_EQ(watch.look(kEpoch + 100ms, {100ms}), Verdict::run);
+    EXPECT_EQ(watch.look(kEpoch + 104ms, {104ms}), Verdict::hold);
 }
 
 TEST(BudgetWatch, DoesNotHoldAThreadForWhatItOwedByTheGreaterBudget) {
@@ -80,6 +111,7 @@ TEST(BudgetWatch, DoesNotHoldAThreadForWhatItOwedByTheGreaterBudget) {
 
 TEST(BudgetWatch, HasNoPatienceWithAThreadThatEscapedUntilItHasRestedForLong) {
     BudgetWatch watch{kTenth, 0ns, kEpoch, {}};
+    ASSERT_EQ(watch.look(kEpoch + 46ms, {46ms}), Verdict::run);
     ASSERT_EQ(watch.look(kEpoch + 50ms, {50ms}), Verdict::hold);
     const Instant resumed = watch.next_look();
     ASSERT_EQ(watch.look(resumed, {50ms}), Verdict::run);
@@ -106,7 +138,8 @@ TEST(BudgetWatch, AThreadThatWasKeptFromRunningForLongMayCatchUp) {
     EXPECT_EQ(watch.look(kEpoch + 1080ms, {70ms, 1s}), Verdict::run);
     BudgetWatch slept{kTenth, 0ns, kEpoch, {}};
     EXPECT_EQ(slept.look(kEpoch + 1s, {}), Verdict::run);
-    EXPECT_EQ(slept.look(kEpoch + 1080ms, {70ms, 10ms}), Verdict::hold);
+    EXPECT_EQ(slept.look(kEpoch + 1080ms, {70ms, 10ms}), Verdict::run);
+    EXPECT_EQ(slept.look(kEpoch + 1084ms, {74ms, 10ms}), Verdict::hold);
 }
 
 TEST(BudgetWatch, ClocksThatRunBackChangeNothing) {
