@@ -2,6 +2,9 @@
 // board can keep. A shortfall is said and never silent.
 #pragma once
 
+#include <algorithm>
+#include <array>
+#include <cstddef>
 #include <cstdint>
 
 #include "base/fixed_string.h"
@@ -24,7 +27,9 @@ struct LoopGuarantee : sched::Vcpu {
     Nanoseconds used{-1};       ///< CPU time since the loops began …
     Nanoseconds watched{};      ///< … and the time since then
     std::uint32_t held = 0;     ///< how often it was stopped for having taken more
-    FixedString<160> escape{};  ///< what it did; empty: it kept to its budget
+    FixedString<160> escape{};  ///< what it did; empty: nothing that it could help
+    /// What it was stopped for and could not help: the computer took time while it ran.
+    FixedString<160> taken{};
 
     // Of its periods since the loops began. The runtime knows them, the board does not: < 0.
     std::int64_t releases = -1;
@@ -55,6 +60,18 @@ struct BottomHalfGuarantee {
     Nanoseconds replenishment{-1};  ///< … and for how long one may wait for budget before
 };
 
+/// Why a release ended late, as far as the kernel's counts of that second show it.
+enum class DelayCause : std::uint8_t {
+    tasks,       ///< others had its core
+    host,        ///< the hypervisor had it
+    interrupts,  ///< interrupts had it
+    charged,     ///< it waited for budget, as one of these had run on its budget
+    work,        ///< it waited for budget, as it had spent its own
+    unseen,      ///< nothing of all this: it slept, waited, or was interrupted shortly
+    untold,      ///< its budget's account is not known
+};
+inline constexpr std::size_t kDelayCauses = 7;
+
 /// The worst that came to a loop, and what else took its core at that time; at the end of a run.
 struct DelayGuarantee {
     VcpuId id = kNoVcpu;
@@ -69,9 +86,27 @@ struct DelayGuarantee {
     // Each < 0 where the kernel does not tell:
     Nanoseconds host{-1};          ///< the hypervisor took the core; in steps of 10 ms
     Nanoseconds tasks{-1};         ///< the loop was ready, and another task ran on the core
+    Nanoseconds interrupted{-1};   ///< the time of interrupts; in steps of 10 ms
     std::int64_t interrupts = -1;  ///< came to the core
     FixedString<40> most{};        ///< most of them were these
+    std::int64_t throttled = -1;   ///< how often its budget was spent
+    Nanoseconds beyond{};          ///< what was charged to it after its end, before it could stop
+
+    /// Its releases that ended late, of the whole run, by the cause in the second of each.
+    std::array<std::int64_t, kDelayCauses> late{};
 };
+
+/// What took at least half of `delay.worst`.
+[[nodiscard]] constexpr DelayCause cause_of(const DelayGuarantee& delay) {
+    const Nanoseconds half = std::max(delay.worst / 2, Nanoseconds{1});
+    if (delay.tasks >= half) return DelayCause::tasks;
+    if (delay.host >= half) return DelayCause::host;
+    if (delay.interrupted >= half) return DelayCause::interrupts;
+    if (delay.owns_core) return DelayCause::unseen;
+    if (delay.throttled < 0) return DelayCause::untold;
+    if (delay.throttled == 0) return DelayCause::unseen;
+    return delay.beyond > Nanoseconds{0} ? DelayCause::charged : DelayCause::work;
+}
 
 /// One line per core in use.
 struct CoreGuarantee {
@@ -105,6 +140,13 @@ struct GuaranteeReport {
     Nanoseconds watch_cost{-1};
     /// Threads that the sketch made while its loops ran: ordinary ones, and nobody's budget.
     std::uint32_t strange_threads = 0;
+    /// Threads and processes of the sketch's, in nobody's budget, that ran in front of loops: who,
+    /// and what became of it.
+    FixedString<400> intruders{};
+    /// The time since the loops began, until they ended; < 0: they have not begun.
+    Nanoseconds ran{-1};
+    /// Why nobody knows of all that time what the loops used; empty: somebody watched all along.
+    FixedString<160> watch_lost{};
     FixedString<64> board;  ///< "linux, SCHED_FIFO" …
     bool simulated = false;
     bool memory_locked = false;

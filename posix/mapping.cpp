@@ -23,6 +23,12 @@ Result<Mapping> map_shared(int fd, std::size_t offset, std::size_t bytes, bool p
     return Mapping{address, bytes};
 }
 
+Result<Mapping> map_read_only(int fd, std::size_t bytes) {
+    void* address = ::mmap(nullptr, bytes, PROT_READ, MAP_SHARED | MAP_POPULATE, fd, 0);
+    if (address == MAP_FAILED) return system_error("map", "shared memory");
+    return Mapping{address, bytes};
+}
+
 Result<Mapping> map_anonymous(std::size_t bytes) {
     void* address = map(bytes, MAP_ANONYMOUS | MAP_POPULATE, -1, 0);
     if (address == MAP_FAILED) return system_error("map", "memory for child processes");

@@ -33,6 +33,7 @@ class Mapping {
   private:
     friend Result<Mapping> map_shared(int, std::size_t, std::size_t, bool);
     friend Result<Mapping> map_anonymous(std::size_t);
+    friend Result<Mapping> map_read_only(int, std::size_t);
     Mapping(void* address, std::size_t bytes) : address_(address), bytes_(bytes) {}
 
     void* address_ = nullptr;
@@ -42,6 +43,9 @@ class Mapping {
 /// Maps `bytes` of `fd` at `offset` (whole pages), readable and writable. `populate` faults the
 /// pages in at once.
 [[nodiscard]] Result<Mapping> map_shared(int fd, std::size_t offset, std::size_t bytes, bool populate);
+
+/// Maps the first `bytes` of `fd`, to be read alone.
+[[nodiscard]] Result<Mapping> map_read_only(int fd, std::size_t bytes);
 
 /// `bytes` of zeros that children made by fork() share. The pages are there at once.
 [[nodiscard]] Result<Mapping> map_anonymous(std::size_t bytes);

@@ -1,6 +1,8 @@
 #include "apps/guarantee/guarantee_report.h"
 
+#include <array>
 #include <nlohmann/json.hpp>
+#include <string>
 
 #include "posix/durable_file.h"
 
@@ -42,16 +44,27 @@ Json json_of(const board::BottomHalfGuarantee& half) {
             {"replenishment_us", measured(half.replenishment)}};
 }
 
+/// The members of the causes are named in the order of board::DelayCause.
 Json json_of(const board::DelayGuarantee& delay) {
-    return {{"id", delay.id},
-            {"core", delay.core},
-            {"worst_us", microseconds(delay.worst)},
-            {"at_s", to_seconds(delay.at)},
-            {"window_s", to_seconds(delay.window)},
-            {"host_us", measured(delay.host)},
-            {"tasks_us", measured(delay.tasks)},
-            {"interrupts", delay.interrupts < 0 ? Json(nullptr) : Json(delay.interrupts)},
-            {"most", delay.most.view()}};
+    Json json{{"id", delay.id},
+              {"core", delay.core},
+              {"worst_us", microseconds(delay.worst)},
+              {"at_s", to_seconds(delay.at)},
+              {"window_s", to_seconds(delay.window)},
+              {"host_us", measured(delay.host)},
+              {"tasks_us", measured(delay.tasks)},
+              {"interrupted_us", measured(delay.interrupted)},
+              {"interrupts", delay.interrupts < 0 ? Json(nullptr) : Json(delay.interrupts)},
+              {"most", delay.most.view()},
+              {"throttled", delay.throttled < 0 ? Json(nullptr) : Json(delay.throttled)},
+              {"beyond_us", microseconds(delay.beyond)}};
+    constexpr std::array<const char*, board::kDelayCauses> kLate{
+        "late_tasks", "late_host",   "late_interrupts", "late_charged",
+        "late_work",  "late_unseen", "late_untold"};
+    json["cause"] =
+        kLate[static_cast<std::size_t>(cause_of(delay))] + std::char_traits<char>::length("late_");
+    for (std::size_t i = 0; i < kLate.size(); ++i) json[kLate[i]] = delay.late[i];
+    return json;
 }
 
 Json json_of(const board::LoopGuarantee& loop) {
@@ -69,6 +82,7 @@ Json json_of(const board::LoopGuarantee& loop) {
             {"watched_us", measured(loop.used < Nanoseconds{0} ? loop.used : loop.watched)},
             {"held_from_outside", loop.held},
             {"escape", loop.escape.view()},
+            {"taken", loop.taken.view()},
             {"kernel_threads", loop.kernel_threads},
             {"kernel_cpu_us", measured(loop.kernel_used)},
             {"kernel_held", loop.kernel_held},
@@ -110,6 +124,9 @@ std::string guarantee_json(const board::GuaranteeReport& report) {
                    {"memory_locked", report.memory_locked},
                    {"watch_cost_us", measured(report.watch_cost)},
                    {"strange_threads", report.strange_threads},
+                   {"ran_us", measured(report.ran)},
+                   {"watch_lost", report.watch_lost.view()},
+                   {"intruders", report.intruders.view()},
                    {"loops", list_of(report.loops)},
                    {"cores", list_of(report.cores)},
                    {"bottom_halves", list_of(report.bottom_halves)},

@@ -27,16 +27,19 @@ std::string handlers_kept(const board::GuaranteeReport& report);
 /// late by how much at the worst, and what took its core then. Lines of text.
 std::string delays_explained(const board::GuaranteeReport& report);
 
-/// {"board":…,"simulated":…,"memory_locked":…,"watch_cost_us","strange_threads","loops":[{"id",
-/// "core","budget_us","period_us","priority_enforced","budget_enforced","core_owned","shortfall",
-/// "cpu_used_us","watched_us","held_from_outside","escape","kernel_threads","kernel_cpu_us",
-/// "kernel_held","releases","overruns","dropped","missed","worst_late_us"}…],"cores":[{"core",
-/// "interrupts_per_second","worst_gap_us","counted_per_second","counted_us","counted_longest_us",
-/// "tick_stopped","throttling_lifted","note"}…],"bottom_halves":[{"id","core","timed","untimed",
-/// "begin_p50_us","begin_p999_us","begin_worst_us","end_worst_us","response_us",
-/// "replenishment_us"}…],"delays":[{"id","core","worst_us","at_s","window_s","host_us","tasks_us",
-/// "interrupts","most"}…],"trees":[tree_json()…]}; `counted…`: interrupts that admission counts. A
-/// value that was not measured is null.
+/// {"board":…,"simulated":…,"memory_locked":…,"watch_cost_us","strange_threads","ran_us",
+/// "watch_lost","intruders","loops":[{"id","core","budget_us","period_us","priority_enforced",
+/// "budget_enforced","core_owned","shortfall","cpu_used_us","watched_us","held_from_outside",
+/// "escape","taken","kernel_threads","kernel_cpu_us","kernel_held","releases","overruns","dropped",
+/// "missed","worst_late_us"}…],"cores":[{"core","interrupts_per_second","worst_gap_us",
+/// "counted_per_second","counted_us","counted_longest_us","tick_stopped","throttling_lifted",
+/// "note"}…],"bottom_halves":[{"id","core","timed","untimed","begin_p50_us","begin_p999_us",
+/// "begin_worst_us","end_worst_us","response_us","replenishment_us"}…],"delays":[{"id","core",
+/// "worst_us","at_s","window_s","host_us","tasks_us","interrupted_us","interrupts","most",
+/// "throttled","beyond_us","cause","late_tasks","late_host","late_interrupts","late_charged",
+/// "late_work","late_unseen","late_untold"}…],"trees":[tree_json()…]}; `counted…`: interrupts that
+/// admission counts; `late_…`: releases that ended late, by cause. A value that was not measured is
+/// null.
 std::string guarantee_json(const board::GuaranteeReport& report);
 
 /// {"name","core","budget_us","period_us","admitted","response_us","enforced","shortfall"};

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 
 #include "apps/guarantee/guarantee_report.h"
 #include "apps/terminal/human.h"
@@ -84,24 +85,61 @@ std::string in_a_word(const board::LoopGuarantee& loop) {
     return wants_the_core && !loop.core_owned ? "mostly (its core is shared)" : "yes";
 }
 
+namespace {
+
+/// What is to be said of one loop that was watched; nothing when it kept to its budget.
+std::string budget_of(const board::LoopGuarantee& loop) {
+    if (!loop.escape.empty()) {
+        return wrapped(text<std::string>("Budget of loop ", loop.id, " NOT KEPT: ", loop.escape, ". It had ",
+                                         share_of(loop), "."),
+                       "");
+    }
+    if (loop.releases == 0)
+        return text<std::string>("Budget of loop ", loop.id, ": never used, for the loop never ran.\n");
+    if (!loop.taken.empty()) {
+        return wrapped(text<std::string>("Budget of loop ", loop.id, ": ", loop.taken, ". It was charged ",
+                                         share_of(loop), "."),
+                       "");
+    }
+    return loop.budget_enforced
+               ? ""
+               : wrapped(
+                     text<std::string>(
+                         "Budget of loop ", loop.id, " NOT ENFORCED: ",
+                         loop.shortfall.empty() ? "its thread keeps it alone" : loop.shortfall.view(), "."),
+                     "");
+}
+
+}  // namespace
+
+// What this says and what the JSON has are the same members of the report: "kept" is said of a loop
+// that ran, was enforced, and was watched all along.
 std::string budgets_kept(const board::GuaranteeReport& report) {
     std::string out;
-    int watched = 0;
+    int watched = 0, kept = 0;
     Nanoseconds longest{};
     for (const board::LoopGuarantee& loop : report.loops) {
         if (loop.used < Nanoseconds{0}) continue;
         ++watched;
         longest = std::max(longest, loop.watched);
-        if (!loop.escape.empty())
-            out += wrapped(text<std::string>("Budget of loop ", loop.id, " NOT KEPT: ", loop.escape,
-                                             ". It had ", share_of(loop), "."),
-                           "");
+        const std::string said = budget_of(loop);
+        if (said.empty()) ++kept;
+        out += said;
     }
     if (watched == 0) return out;
-    if (out.empty()) write(out, "Budgets: every one was kept (", counted(watched, "loop"), ").\n");
+    if (!report.watch_lost.empty()) {
+        out += wrapped(text<std::string>("Budgets: NOT watched all along: ", report.watch_lost,
+                                         ". What the loops took then, nobody knows."),
+                       "");
+    } else if (kept > 0) {
+        write(out, kept == watched ? "Budgets: every one was kept (" : "Budgets: the others were kept (",
+              counted(kept, "loop"), ").\n");
+    }
     for (const board::LoopGuarantee& loop : report.loops)
         if (loop.kernel_used >= Nanoseconds{0}) out += kernel_threads_line(loop);
     write(out, "Watching them took ", Fixed{percent(report.watch_cost, longest), 2}, " % of a core.\n");
+    if (!report.intruders.empty())
+        out += wrapped(text<std::string>("In front of loops: ", report.intruders, "."), "");
     if (report.strange_threads > 0) {
         write(out, "The sketch made ", counted(report.strange_threads, "thread"),
               " while it ran: ordinary, and in nobody's budget.\n");
@@ -147,11 +185,49 @@ constexpr Nanoseconds kHostStep = 10ms;
 
 /// Whatever had the core for at least half of the delay.
 const char* culprit(const board::DelayGuarantee& delay) {
-    if (delay.tasks >= delay.worst / 2) return "other tasks took its core";
-    if (delay.host > Nanoseconds{0} && delay.host >= delay.worst / 2) return "the host took its core";
-    if (!delay.owns_core) return "it was its own work, or it waited for its budget";
+    switch (cause_of(delay)) {
+        case board::DelayCause::tasks:
+            return "other tasks took its core";
+        case board::DelayCause::host:
+            return "the host took its core";
+        case board::DelayCause::interrupts:
+            return "interrupts took its core";
+        case board::DelayCause::charged:
+            return "the host or an interrupt ran on its budget, and it waited for the next";
+        case board::DelayCause::work:
+            return "it had spent its budget, and waited for the next";
+        case board::DelayCause::untold:
+            return "it was its own work, or it waited for its budget";
+        case board::DelayCause::unseen:
+            break;
+    }
+    if (!delay.owns_core) return "it slept or waited within its release, or was interrupted";
     if (delay.worst < kHostStep) return "it was an interrupt, or the host";
     return "it was an interrupt, or the host without saying so";
+}
+
+/// The causes of all its late releases, as they are counted; in the order of DelayCause.
+constexpr std::array<const char*, board::kDelayCauses> kCauses{"other tasks",
+                                                               "the host",
+                                                               "interrupts",
+                                                               "the host or an interrupt ran on its budget",
+                                                               "its own work",
+                                                               "nothing that the kernel counts",
+                                                               "its own work or its budget"};
+
+/// " 12 releases were late: 7 of them by the host, 5 by its own work."; nothing when none was
+/// counted.
+std::string late_ones(const board::DelayGuarantee& delay) {
+    std::string causes;
+    std::int64_t all = 0;
+    for (std::size_t i = 0; i < delay.late.size(); ++i) {
+        all += delay.late[i];
+        if (delay.late[i] > 0)
+            write(causes, causes.empty() ? "" : ", ", delay.late[i], " (", kCauses[i], ')');
+    }
+    return all == 0
+               ? ""
+               : text<std::string>(" Late in all: ", counted(all, "release"), ", by cause: ", causes, '.');
 }
 
 std::string delay_line(const board::DelayGuarantee& delay) {
@@ -161,9 +237,13 @@ std::string delay_line(const board::DelayGuarantee& delay) {
                           human_duration(delay.window), " before that, on core ", delay.core);
     if (delay.tasks >= Nanoseconds{0}) write(line, ", others ran for ", human_duration(delay.tasks));
     if (delay.host >= Nanoseconds{0}) write(line, ", the host for ", human_duration(delay.host));
+    if (delay.interrupted > Nanoseconds{0})
+        write(line, ", interrupts for ", human_duration(delay.interrupted));
     if (delay.interrupts >= 0)
         write(line, ", and ", counted(delay.interrupts, "interrupt"), " came (most: ", delay.most, ')');
-    return wrapped(line + ".", "");
+    if (delay.beyond > Nanoseconds{0})
+        write(line, "; ", human_duration(delay.beyond), " of it on the budget of the loop");
+    return wrapped(line + "." + late_ones(delay), "");
 }
 
 std::string more_interrupts(const board::CoreGuarantee& core) {

@@ -1,5 +1,7 @@
 // main() of a sketch on the Linux board: runs the sketch in real time until Ctrl-C, and reports
 // what is guaranteed.
+#include <unistd.h>
+
 #include <filesystem>
 
 #include "apps/board_file/board_file.h"
@@ -40,6 +42,15 @@ void write_admission(const Options& options, Runtime& runtime) {
 /// A profile without real-time scheduling cuts nobody: the budgets are what it is to find.
 bool is_measured_freely(const Options& options) { return options.profiles() && options.best_effort; }
 
+/// A loop whose core is taken, or that does not listen, has not returned from its body.
+void leave_if_loops_go_on(board::linux::LinuxBoard& board, const Runtime& runtime) {
+    if (board.loops_ended()) return;
+    apps::settle_sketch_output();
+    fail(apps::loops_left(apps::loops_of(runtime)) + "; the sketch is ended as it is, with its safe states");
+    board.abandon();
+    ::_exit(1);
+}
+
 int run(const Options& options, board::linux::LinuxConfig config) {
     auto opened = board::linux::LinuxBoard::open(std::move(config));
     if (!opened) return fail(opened.error());
@@ -57,12 +68,13 @@ int run(const Options& options, board::linux::LinuxConfig config) {
         runtime.run(board.now() + 2s);
     };
     course.report = [&](const auto&) {
-        const board::GuaranteeReport end = board.guarantee();
+        const board::GuaranteeReport end = apps::guarantee_of(*Runtime::current());
         apps::report_beside_sketch(text<std::string>(apps::run_report(*Runtime::current(), board.now()),
                                                      apps::delays_explained(end), apps::budgets_kept(end),
                                                      '\n'));
         return 0;
     };
+    course.leave = [&](int) { leave_if_loops_go_on(board, *Runtime::current()); };
     return apps::run_sketch(board, options, course);
 }
 

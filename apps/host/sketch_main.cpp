@@ -128,7 +128,9 @@ int run_sketch(board::Board& board, const SketchOptions& options, const SketchCo
     if (const std::string notes = sleep_notes(runtime); !notes.empty()) report_beside_sketch(notes);
     const int status = course.report(loops_of(runtime));
     const bool profiled = profile_to(options, runtime, board.now());
-    return reported && profiled ? status : 1;
+    const int outcome = reported && profiled ? status : 1;
+    if (course.leave) course.leave(outcome);
+    return outcome;
 }
 
 bool setup_may_declare() {

@@ -48,6 +48,9 @@ struct SketchCourse {
     std::function<void(runtime::Runtime&)> stop;  ///< … and ends them
     /// Reports on the loops when they have ended; returns the exit status.
     std::function<int(const std::vector<const runtime::Loop*>&)> report;
+    /// Last: where loops have not ended, the process does, and this does not return. What they use
+    /// would be destroyed under them. Empty: they always have.
+    std::function<void(int status)> leave;
 };
 /// Returns the exit status: 0, 1 on failure, 2 when admission refuses the sketch.
 int run_sketch(board::Board& board, const SketchOptions& options, const SketchCourse& course);

@@ -39,6 +39,15 @@ std::string stuck_loops(const std::vector<const runtime::Loop*>& loops, Instant 
     return out;
 }
 
+/// One whose first release never began: its core was taken all along.
+std::string loops_that_never_ran(const std::vector<const runtime::Loop*>& loops) {
+    std::string out;
+    for (const runtime::Loop* loop : loops) {
+        if (loop->statistics.releases.get() == 0) write(out, "; loop ", loop->declaration.id, " never ran");
+    }
+    return out;
+}
+
 }  // namespace
 
 std::string loop_table(const std::vector<const runtime::Loop*>& loops) {
@@ -95,13 +104,23 @@ std::string sleep_verdict(const runtime::Runtime& runtime) {
 
 std::string periods_kept(const std::vector<const runtime::Loop*>& loops, Instant now) {
     const long long overruns = sum_of(loops, &runtime::LoopStatistics::overruns);
-    const std::string stuck = stuck_loops(loops, now);
+    const std::string stuck = loops_that_never_ran(loops) + stuck_loops(loops, now);
     return text<std::string>(overruns > 0     ? counted(overruns, "OVERRUN")
                              : !stuck.empty() ? "NOT every period was kept"
                                               : "every period was kept",
                              " (", counted(static_cast<long long>(loops.size()), "loop"), ", ",
                              counted(sum_of(loops, &runtime::LoopStatistics::releases), "release"), ')',
                              stuck);
+}
+
+std::string loops_left(const std::vector<const runtime::Loop*>& loops) {
+    std::string out;
+    for (const runtime::Loop* loop : loops) {
+        if (loop->statistics.ended.get() > 0) continue;
+        write(out, out.empty() ? "" : ", ", "loop ", loop->declaration.id,
+              loop->statistics.releases.get() == 0 ? " never ran" : " has not ended");
+    }
+    return out.empty() ? "an I/O VCPU has not ended" : out;
 }
 
 std::string run_report(const runtime::Runtime& runtime, Instant now) {

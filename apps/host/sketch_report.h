@@ -26,6 +26,9 @@ std::string sleep_verdict(const runtime::Runtime& runtime);
 /// which loop has not ended its last one. At `now` every loop has been told to end.
 std::string periods_kept(const std::vector<const runtime::Loop*>& loops, Instant now);
 
+/// "loop 2 never ran, loop 3 has not ended": of those that were told to end and have not.
+std::string loops_left(const std::vector<const runtime::Loop*>& loops);
+
 /// How a run went, to be said at its end: loop_table(), and a line "Periods: …" of the two above.
 std::string run_report(const runtime::Runtime& runtime, Instant now);
 

@@ -1,4 +1,6 @@
 // printer: the printer sketch on the Linux board. Started by qduino-supervisor, which outlives it.
+#include <unistd.h>
+
 #include <cstdio>
 #include <ctime>
 #include <string>
@@ -90,12 +92,17 @@ Result<void> run(const Arguments& arguments) {
     std::fflush(stdout);
     if (!arguments.report_path.empty()) QDUINO_TRY(posix::write_file(arguments.report_path, words));
     apps::run_and_publish(*link.get(), runtime);
-    const board::GuaranteeReport end = board->guarantee();
+    const board::GuaranteeReport end = apps::guarantee_of(runtime);
     std::fputs(text<std::string>(apps::run_report(runtime, board->now()), apps::delays_explained(end),
                                  apps::budgets_kept(end))
                    .c_str(),
                stdout);
-    return {};
+    if (board->loops_ended()) return {};
+    // What they use would be destroyed under them.
+    std::fflush(stdout);
+    fail(apps::loops_left(apps::loops_of(runtime)) + "; the printer is ended as it is, with its safe states");
+    board->abandon();
+    ::_exit(1);
 }
 
 /// `printer check FILE…`: 0 when every file is a machine.

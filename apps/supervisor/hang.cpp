@@ -43,6 +43,15 @@ std::string what_it_does(const Hang& hang, Instant now) {
     return "it polls: it runs or waits shortly, and does not end its release";
 }
 
+Hang find_lost_warden(const PinsLayout& layout, Instant now) {
+    const std::int64_t by = layout.warden_by_ns.load();
+    if (layout.warden.load() == 0 || by == board::kWardenLeft || to_ns(now) <= by) return {};
+    Hang hang;
+    hang.kind = Hang::Kind::unwatched;
+    hang.overdue = now - instant_from_ns(by);
+    return hang;
+}
+
 }  // namespace
 
 Hang find_hang(const PinsLayout& layout, Instant now, Nanoseconds bound) {
@@ -61,10 +70,17 @@ Hang find_hang(const PinsLayout& layout, Instant now, Nanoseconds bound) {
                 .limit = Nanoseconds{beat.progress_limit_ns.load(std::memory_order_relaxed)},
                 .heard_of = instant_of(beat.expected_by_ns) - bound};
     }
-    return {};
+    return find_lost_warden(layout, now);
 }
 
 std::string hang_text(const Hang& hang, Instant now, bool core_was_taken) {
+    if (hang.kind == Hang::Kind::unwatched) {
+        return text<std::string>("its warden ",
+                                 hang.dead ? "died"
+                                           : "looked no more (noticed " + apps::human_duration(hang.overdue) +
+                                                 " after it was due to)",
+                                 ": nobody kept its loops to their budgets");
+    }
     const std::string name = name_of(hang.vcpu);
     if (hang.kind == Hang::Kind::silent) {
         return text<std::string>(name, " hung (noticed ", apps::human_duration(hang.overdue),

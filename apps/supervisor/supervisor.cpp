@@ -2,6 +2,8 @@
 
 #include <poll.h>
 #include <signal.h>
+#include <sys/syscall.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -27,6 +29,8 @@ using board::linux::PinsRole;
 constexpr int kPollMs = 10;
 /// A sketch that was asked to stop has this long; then it is killed.
 constexpr Nanoseconds kStopGrace = 5s;
+/// So many turns in a row without a warden (30 ms) are no accident.
+constexpr int kTurnsUnwatched = 3;
 constexpr Nanoseconds kFirstBackoff = 200ms;
 constexpr Nanoseconds kLastBackoff = 5s;
 /// A heat watch that dies at once is not started more often than this.
@@ -81,6 +85,11 @@ int Supervisor::keep_running(int signals) {
         PinsLayout& layout = file_.layout();
         layout.heartbeat_bound_ns.store(to_ns(options_.heartbeat_timeout));
         layout.witness.store(0);
+        layout.warden.store(0);
+        layout.warden_by_ns.store(0);
+        warden_.reset();
+        warden_pid_ = 0;
+        turns_unwatched_ = 0;
         // Forgets the promises of an earlier sketch.
         for (auto& beat : layout.heartbeats) {
             beat.expected_by_ns.store(0);
@@ -146,14 +155,35 @@ Supervisor::Watched Supervisor::watch(const SketchProcess& sketch, int signals) 
         if ((events[1].revents & POLLIN) != 0) hand_on_signal(sketch, signals, kill_at);
         if ((events[2].revents & POLLIN) != 0) renew_heat_watch();
         const Instant now = monotonic_now();
-        if (options_.heartbeat_timeout > Nanoseconds{0})
-            watched.hang = find_hang(file_.layout(), now, options_.heartbeat_timeout);
+        if (options_.heartbeat_timeout > Nanoseconds{0}) watched.hang = find_hang_now(now);
         if (!watched.hang.found() && now < kill_at) continue;
         watched.ended_at = now;
         watched.outcome = Outcome::hung;
         system_->kill(sketch.descriptor(), SIGKILL);
         return watched;
     }
+}
+
+/// A warden counts as lost when it was so in several turns: after a pause of the whole computer
+/// this process may look before the warden does, and a sketch that ends leaves its warden to end,
+/// too.
+Hang Supervisor::find_hang_now(Instant now) {
+    const PinsLayout& layout = file_.layout();
+    if (const std::uint32_t warden = layout.warden.load(); warden_pid_ == 0 && warden != 0) {
+        warden_pid_ = warden;
+        warden_.reset(static_cast<int>(::syscall(SYS_pidfd_open, warden, 0)));
+    }
+    Hang hang = find_hang(layout, now, options_.heartbeat_timeout);
+    pollfd dead{warden_.get(), POLLIN, 0};
+    const bool died = warden_.valid() && layout.warden_by_ns.load() != board::kWardenLeft &&
+                      system_->poll(&dead, 1, 0) > 0 && (dead.revents & POLLIN) != 0;
+    if (died && !hang.found()) hang.kind = Hang::Kind::unwatched;
+    if (hang.kind != Hang::Kind::unwatched) {
+        turns_unwatched_ = 0;
+        return hang;
+    }
+    hang.dead = died;
+    return ++turns_unwatched_ < kTurnsUnwatched ? Hang{} : hang;
 }
 
 /// From a sketch that is dead, or as good as dead, to a computer as it was before. The order

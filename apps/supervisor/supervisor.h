@@ -7,7 +7,8 @@
 //       │  every 10 ms, or woken by its pidfd: is the sketch dying (its death witness in the pins
 //       │  file)? dead? has a loop broken its promise (heartbeats)?
 //       │
-//       ├─ a promise is broken (hang.h) ──► SIGKILL: a sketch that hangs cannot be reasoned with
+//       ├─ a promise is broken, or its warden does not look (hang.h)
+//       │                                 ──► SIGKILL: a sketch that hangs cannot be reasoned with
 //       └─ it is dead or dying ──► at real-time priority:
 //                                  1. force every output that has a safe state
 //                                  2. set sketch_dead in the pins file and in the service's link
@@ -39,6 +40,7 @@
 #include "base/time.h"
 #include "board/linux/host_settings.h"
 #include "board/linux/pins_file.h"
+#include "posix/unique_fd.h"
 
 namespace qduino::supervisor {
 
@@ -88,6 +90,7 @@ class Supervisor {
     void hand_on_signal(const SketchProcess& sketch, int signals, Instant& kill_at);
     /// True when it is dead, or all its threads are about to be.
     [[nodiscard]] bool is_dying(const SketchProcess& sketch) const;
+    [[nodiscard]] Hang find_hang_now(Instant now);
     void outlive(Watched& watched, const SketchProcess& sketch);
     [[nodiscard]] std::string find_who_took_its_core(const Watched& watched,
                                                      const SketchProcess& sketch) const;
@@ -105,6 +108,9 @@ class Supervisor {
     HeatWatch heat_watch_;
     Instant renew_heat_watch_at_ = kEpoch;
     bool stop_asked_ = false;
+    posix::UniqueFd warden_;        // of the sketch: readable once it is dead
+    std::uint32_t warden_pid_ = 0;  // 0: it has none yet
+    int turns_unwatched_ = 0;
 };
 
 /// The program qduino-supervisor without its main(): tests run it on a system of their own. Returns

@@ -12,27 +12,55 @@ void add_to(FixedString<200>& shortfall, std::string_view more) {
     write(shortfall, shortfall.empty() ? "" : "; ", more);
 }
 
-/// What kept the thread's own timer from ending its budget.
-std::string_view way_out(EscapeWay way, const VcpuThread& thread) {
-    if (way == EscapeWay::signal_blocked) return "it blocks the signal of its budget's timer";
-    if (const std::string_view tampering = thread.tampering(); !tampering.empty()) return tampering;
-    if (way == EscapeWay::signal_ignored) return "the signal of its budget's timer is ignored";
-    return "its budget's timer did not stop it (a long system call, a lock, its own handler)";
+const StrangerFindings* lent_by(VcpuId loop, const WardenFindings& findings) {
+    for (const StrangerFindings& each : findings.named) {
+        if (each.kind == StrangerKind::lent && each.lender == loop) return &each;
+    }
+    return nullptr;
+}
+
+void add_way_out(FixedString<160>& escape, EscapeWay way, const VcpuThread& thread,
+                 const StrangerFindings* borrower) {
+    if (way == EscapeWay::lent && borrower) {
+        write(escape, "it waited for a lock of the thread '", std::string_view{borrower->name.data()},
+              "', which ran at its priority");
+    } else if (way == EscapeWay::signal_blocked) {
+        write(escape, "it blocks the signal of its budget's timer");
+    } else if (const std::string_view tampering = thread.tampering(); !tampering.empty()) {
+        write(escape, tampering);
+    } else if (way == EscapeWay::signal_ignored) {
+        write(escape, "the signal of its budget's timer is ignored");
+    } else {
+        write(escape, "its budget's timer did not stop it (a long system call, a lock, its own handler)");
+    }
+}
+
+/// It was stopped from outside, and can have done nothing to deserve it: its signal and its timer
+/// are as they were, its own keeper saw it charged beyond the end of its budget, and the kernel
+/// counts at least half of that as the host's or the interrupts' on its core.
+bool could_not_help_it(EscapeWay way, const VcpuThread& thread, Nanoseconds taken) {
+    const Nanoseconds beyond = thread.beyond();
+    return way == EscapeWay::unknown && thread.tampering().empty() && beyond > Nanoseconds{0} &&
+           taken >= beyond / 2;
 }
 
 }  // namespace
 
 void describe_budget(LoopGuarantee& loop, const VcpuThread& thread, const Warden& warden,
-                     std::string_view shortfall) {
+                     std::string_view shortfall, Nanoseconds taken) {
     const WardenFindings* findings = warden.findings();
     if (findings) {
         const WardFindings& ward = findings->wards[loop.id];
         loop.used = Nanoseconds{ward.used_ns};
         loop.watched = Nanoseconds{ward.watched_ns};
         loop.held = ward.holds;
-        if (loop.held > 0) {
-            write(loop.escape, way_out(ward.way, thread), "; it was stopped from outside ", loop.held,
-                  loop.held == 1 ? " time" : " times");
+        const char* const times = loop.held == 1 ? " time" : " times";
+        if (loop.held > 0 && could_not_help_it(ward.way, thread, taken)) {
+            write(loop.taken, "the host or interrupts ran on it for ", thread.beyond() / 1ms,
+                  " ms; it was stopped from outside ", loop.held, times, " for that");
+        } else if (loop.held > 0) {
+            add_way_out(loop.escape, ward.way, thread, lent_by(loop.id, *findings));
+            write(loop.escape, "; it was stopped from outside ", loop.held, times);
         } else if (ward.changes > 0) {
             write(loop.escape, "somebody changed its priority or its core, and it was put back");
         }
@@ -66,6 +94,18 @@ void describe_watch(GuaranteeReport& report, const Warden& warden) {
     if (!findings) return;
     report.watch_cost = Nanoseconds{findings->cpu_ns};
     report.strange_threads = findings->strangers;
+    report.watch_lost = warden.lapse();
+    for (const StrangerFindings& each : findings->named) {
+        if (each.kind == StrangerKind::none) break;
+        const bool lent = each.kind == StrangerKind::lent;
+        write(report.intruders, report.intruders.empty() ? "" : "; ",
+              each.kind == StrangerKind::process_ranked ? "the process '" : "the thread '",
+              std::string_view{each.name.data()}, "' of the sketch ",
+              lent ? "ran at the priority of loop " : "made itself real-time, and was stopped");
+        if (!lent) continue;
+        write(report.intruders, each.lender.load(), " for ", Nanoseconds{each.cpu_ns} / 1ms,
+              " ms, as the loop waited for its lock; the loop's budget paid");
+    }
 }
 
 }  // namespace qduino::board::linux

@@ -11,9 +11,10 @@
 namespace qduino::board::linux {
 
 /// Fills in what `loop`, whose thread keeps itself to a budget, used, and whether it kept to it.
-/// `shortfall`: why there is no warden, or why it does not watch.
+/// `shortfall`: why there is no warden, or why it does not watch. `taken`: what the host and
+/// interrupts took of the loop's core since it began, as far as the kernel tells.
 void describe_budget(LoopGuarantee& loop, const VcpuThread& thread, const Warden& warden,
-                     std::string_view shortfall);
+                     std::string_view shortfall, Nanoseconds taken);
 
 /// Fills in what the kernel threads of `loop`, an I/O VCPU, used of its budget; nothing where it
 /// has none.

@@ -13,8 +13,11 @@
 // The sketch can take the signal, its handler or the timer from it. Then the warden keeps the
 // thread to its budget from outside (warden.h).
 //
-// Time that a hypervisor takes from a virtual machine and does not report looks like the thread's
-// own: it is charged, and paid back like any overrun.
+// Time that the computer takes while the thread runs may look like the thread's own. Kernels with
+// CONFIG_PARAVIRT_TIME_ACCOUNTING leave out of its CPU time what a hypervisor says that it took,
+// those with CONFIG_IRQ_TIME_ACCOUNTING what interrupts took (`qduino doctor` has both). What is
+// left is charged, and paid back like any overrun. It is known as well: the thread uses more than
+// the timer had left, which no code of its own can do but in one long system call (beyond()).
 //
 // The handler calls only clock_gettime, clock_nanosleep, timer_settime and getrusage:
 // async-signal-safe on Linux.
@@ -27,6 +30,7 @@
 #include <sched.h>
 #include <time.h>
 
+#include <atomic>
 #include <csignal>
 #include <cstdint>
 #include <optional>
@@ -97,6 +101,11 @@ class BudgetKeeper {
     [[nodiscard]] const void* own_rank() const { return &host_.own_rank; }
     /// How often the budget was spent and the thread slept for it.
     [[nodiscard]] std::uint64_t throttled() const { return host_.throttled; }
+    /// CPU time that was charged beyond the end of the budget, before the timer could stop the
+    /// thread: of the host, of interrupts, or of a long system call of its own. Any thread.
+    [[nodiscard]] Nanoseconds beyond() const {
+        return Nanoseconds{host_.beyond_ns.load(std::memory_order_relaxed)};
+    }
     /// What others have done to the signal or the timer; empty: nothing. Any thread.
     [[nodiscard]] std::string_view tampering() const;
     /// CPU time charged so far.
@@ -105,8 +114,8 @@ class BudgetKeeper {
   private:
     /// What the shell asks of the system.
     struct Host {
-        [[nodiscard]] sched::BudgetReading read() const;
-        [[nodiscard]] Nanoseconds cpu() const;
+        [[nodiscard]] sched::BudgetReading read();
+        [[nodiscard]] Nanoseconds cpu();
         void set_timer(const sched::BudgetEffect& effect);
         void sleep_until(Instant t);
         void step_back(bool back) const;
@@ -114,6 +123,10 @@ class BudgetKeeper {
         timer_t timer{};
         sched_param own_rank{};  // priority 0: none
         std::uint64_t throttled = 0;
+        Nanoseconds budget{};
+        Nanoseconds cpu_read{};   // as of the last reading
+        Nanoseconds cpu_limit{};  // when the timer's budget ends; 0: it is off
+        std::atomic<std::int64_t> beyond_ns{0};
         SignsOfLife* life = nullptr;
         VcpuId vcpu = kNoVcpu;
     };

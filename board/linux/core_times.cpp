@@ -37,23 +37,31 @@ std::map<std::string, std::uint64_t> interrupt_counts(int core, const std::strin
 }
 
 // "cpu1 user nice system idle iowait irq softirq steal …", in ticks of USER_HZ (proc_stat(5)).
-std::optional<Nanoseconds> host_time(int core, const std::string& root) {
-    constexpr std::size_t kSteal = 8;
+void add_ticks(CoreTimes& times, int core, const std::string& root) {
+    constexpr std::size_t kIrq = 6, kSoftIrq = 7, kSteal = 8;
     const std::string text = text_of_file(root + "/proc/stat");
     for (std::string_view lines = text; !lines.empty();) {
         const auto fields = words(cut(lines, '\n'));
         if (fields.size() <= kSteal || fields[0] != "cpu" + std::to_string(core)) continue;
-        const auto ticks = whole_number<std::int64_t>(fields[kSteal]);
-        if (!ticks) return std::nullopt;
-        return Nanoseconds{*ticks * (1'000'000'000 / ::sysconf(_SC_CLK_TCK))};
+        const auto time = [&](std::size_t field) -> std::optional<Nanoseconds> {
+            const auto ticks = whole_number<std::int64_t>(fields[field]);
+            if (!ticks) return std::nullopt;
+            return Nanoseconds{*ticks * (1'000'000'000 / ::sysconf(_SC_CLK_TCK))};
+        };
+        times.host = time(kSteal);
+        if (const auto hard = time(kIrq), soft = time(kSoftIrq); hard && soft)
+            times.interrupted = *hard + *soft;
+        return;
     }
-    return std::nullopt;
 }
 
 }  // namespace
 
 CoreTimes core_times(int core, const std::string& root) {
-    return {.host = host_time(core, root), .interrupts = interrupt_counts(core, root)};
+    CoreTimes times;
+    add_ticks(times, core, root);
+    times.interrupts = interrupt_counts(core, root);
+    return times;
 }
 
 std::optional<InterruptCounts> interrupt_counts_of(int core, const std::string& root) {

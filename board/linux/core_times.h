@@ -1,6 +1,7 @@
 // What took the time of a core, as the kernel counts it since boot.
 //
-//   /proc/stat        cpu1 … steal    the hypervisor: in steps of 10 ms (USER_HZ)
+//   /proc/stat        cpu1 … irq, softirq, steal    interrupts, the hypervisor: in steps of 10 ms
+//                                                   (USER_HZ)
 //   /proc/interrupts  a count for each interrupt and core
 //
 // Not real-time.
@@ -16,7 +17,10 @@
 namespace qduino::board::linux {
 
 struct CoreTimes {
-    std::optional<Nanoseconds> host;                  ///< nothing: this kernel does not tell
+    std::optional<Nanoseconds> host;  ///< nothing: this kernel does not tell
+    /// In interrupts, hard and soft. A kernel without CONFIG_IRQ_TIME_ACCOUNTING takes what its
+    /// tick meets.
+    std::optional<Nanoseconds> interrupted;
     std::map<std::string, std::uint64_t> interrupts;  ///< by name; empty: it does not tell
 };
 

@@ -51,6 +51,8 @@ class Crew {
     /// Async-signal-safe.
     void request_stop();
     [[nodiscard]] const std::atomic<bool>& stop() const { return stop_; }
+    /// All entries have returned.
+    [[nodiscard]] bool all_returned() const;
     /// Waits for the threads to end, and forgets them.
     void join() { threads_.clear(); }
 
@@ -58,7 +60,6 @@ class Crew {
 
   private:
     void open_gate(std::uint32_t state);
-    [[nodiscard]] bool all_returned() const;
 
     std::atomic<bool> stop_{false};
     // futex of wait_until(): an entry has returned, or a stop or wake() was requested.

@@ -8,6 +8,12 @@
 //   loop      ███████████▒▒▒▒▒███████   ▒ 49 ms late
 //   looks     │ worst 3 us            │ worst 49 ms: the host took 50 ms, interrupts 283
 //
+// Each release that ended late is counted under the cause that the evidence of its second gives
+// (cause_of()). A delay may be longer than what caused it: what a host or an interrupt takes while
+// the loop runs is in its CPU time, its budget pays, and the loop waits T/C times as long. The
+// keeper of the budget sees that: the thread was charged beyond the end of its budget before its
+// timer could stop it.
+//
 // It is evidence and no proof: the kernel tells the hypervisor's time in steps of 10 ms, and what
 // it is not told of shows nowhere.
 //
@@ -29,13 +35,17 @@ namespace qduino::board::linux {
 
 class DelayWitness {
   public:
-    /// How late the loop of one thread has been, at the worst, so far.
+    /// How late the loop of one thread has been, so far.
     struct Ward {
         VcpuId id = kNoVcpu;
         int core = 0;
         bool owns_core = false;
         pid_t tid = 0;
         Nanoseconds worst{};
+        Nanoseconds worst_lately{};   ///< since the last look
+        std::int64_t late = 0;        ///< releases that ended late
+        std::int64_t throttled = -1;  ///< how often its budget was spent; < 0: nobody keeps it
+        Nanoseconds beyond{};         ///< charged to it after its budget's end
     };
 
     /// `root` precedes /proc (tests).
@@ -45,6 +55,9 @@ class DelayWitness {
     void begin(Instant now, const std::vector<Ward>& wards);
     /// `wards` as begin() had them. Their threads live.
     void look(Instant now, const std::vector<Ward>& wards);
+    /// What the host and interrupts have taken of `core` from the beginning to the last look; 0
+    /// where the kernel does not tell.
+    [[nodiscard]] Nanoseconds taken_of(int core) const;
     /// A line for each loop that was late.
     void describe(GuaranteeReport& report) const;
 
@@ -53,13 +66,17 @@ class DelayWitness {
         DelayGuarantee found;
         ThreadTimesFile times;
         sched::ThreadTimes then;  // at the last look
+        Ward before;              // likewise
         bool told = false;        // the kernel tells its times
     };
     struct Core {
         int core = 0;
         CoreTimes then, now;  // at the last look, and at this one
+        CoreTimes first;      // at the beginning
     };
-    void judge(Watched& watched, Instant now, Nanoseconds waited) const;
+    void add_core(int core);
+    [[nodiscard]] DelayGuarantee judge(const Watched& watched, const Ward& ward, Instant now,
+                                       Nanoseconds waited) const;
 
     std::string root_;
     Instant began_{}, looked_at_{};

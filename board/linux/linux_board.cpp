@@ -10,6 +10,7 @@
 #include "board/linux/held_thread.h"
 #include "board/linux/overheads.h"
 #include "board/linux/real_time_thread.h"
+#include "board/linux/written_files.h"
 #include "posix/small_file.h"
 
 namespace qduino::board::linux {
@@ -166,6 +167,9 @@ Result<void> LinuxBoard::open_writers(std::span<const VcpuSpec> specs) {
 
 Result<void> LinuxBoard::make_threads(std::span<const VcpuSpec> specs) {
     const StopSignalsBlocked for_new_threads;
+    if (config_.enforce_budgets && config_.warden) {
+        if (auto rules = rules_for_written_files(); rules) written_files_ = std::move(*rules);
+    }
     for (const VcpuSpec& spec : specs) {
         if (!spec.entry) QDUINO_TRY(edges_.open(spec.id));
     }
@@ -181,7 +185,7 @@ Result<void> LinuxBoard::make_threads(std::span<const VcpuSpec> specs) {
         options.enforce_budget = config_.enforce_budgets && !spec.owns_core;
         if (spec.owns_core) options.spin_share = real_time_share(config_.sysfs_root);
         if (config_.enforce_budgets && config_.warden)
-            options.confinement = Confinement{.warden = warden_.pid()};
+            options.confinement = Confinement{.warden = warden_.pid(), .written_files = written_files_.get()};
         options.isolation = cores_.isolation_of(spec);
         options.life = &life_;
         QDUINO_TRY(crew_.add(mine, options));
@@ -189,7 +193,8 @@ Result<void> LinuxBoard::make_threads(std::span<const VcpuSpec> specs) {
     crew_.wait_until_ready();
     instruct_warden();
     rank_kernel_threads();
-    delays_.begin(now(), loops());
+    began_at_ = now();
+    delays_.begin(began_at_, loops());
     crew_.go();
     return {};
 }
@@ -206,6 +211,8 @@ void LinuxBoard::hire_warden(std::span<const VcpuSpec> specs) {
     for (const VcpuSpec& spec : specs) {
         if (spec.owns_core) task.cores.remove(spec.core);
     }
+    VirtualPins& shared = pins_.virtual_pins();
+    if (shared.attached()) task.by = &shared.layout().warden_by_ns;
     if (const auto hired = warden_.hire(task); !hired) warden_shortfall_ = hired.error().message.view();
 }
 
@@ -223,8 +230,11 @@ void LinuxBoard::instruct_warden() {
                          .client_period = spec.client_period,
                          .watched = thread->budget_kept()});
     }
-    const auto watching = warden_.watch(wards, cores_.kernel_threads(), witness_.tid());
+    const bool grows = std::ranges::any_of(crew_.threads(), [](const auto& t) { return t->spec().classic; });
+    const auto watching = warden_.watch(wards, cores_.kernel_threads(), witness_.tid(), grows);
     if (!watching) warden_shortfall_ = watching.error().message.view();
+    VirtualPins& shared = pins_.virtual_pins();
+    if (watching && shared.attached()) shared.layout().warden = static_cast<std::uint32_t>(warden_.pid());
 }
 
 /// The warden has done so where it keeps them to a budget.
@@ -247,19 +257,49 @@ std::vector<DelayWitness::Ward> LinuxBoard::loops() const {
     for (const auto& thread : crew_.threads()) {
         const VcpuSpec& spec = thread->spec();
         if (spec.is_io()) continue;
-        loops.push_back({spec.id, spec.core, spec.owns_core, thread->tid(), thread->worst_late()});
+        loops.push_back({.id = spec.id,
+                         .core = spec.core,
+                         .owns_core = spec.owns_core,
+                         .tid = thread->tid(),
+                         .worst = thread->worst_late(),
+                         .worst_lately = thread->take_worst_lately(),
+                         .late = thread->late(),
+                         .throttled = thread->budget_kept() ? thread->throttled() : -1,
+                         .beyond = thread->beyond()});
     }
     return loops;
 }
 
 void LinuxBoard::run(Instant until) {
+    Instant next_delays = now() + kLookAtDelaysEvery;
     for (bool ended = false; !ended;) {
-        const Instant look = std::min(until, now() + kLookAtDelaysEvery);
+        const bool watched = warden_.pid() != 0;
+        const Instant look = std::min({until, next_delays, watched ? now() + kWardenSweep : until});
         ended = crew_.wait_until(look, [this] { renew_promise(); });
         if (ended) force_safe_states();
-        delays_.look(now(), loops());
+        if (ended && ended_at_ == Instant{}) ended_at_ = now();
+        if (!ended) look_after_warden();
+        if (ended || look == until || now() >= next_delays) {
+            delays_.look(now(), loops());
+            next_delays = now() + kLookAtDelaysEvery;
+        }
         if (look == until) return;
     }
+}
+
+/// Loops that nobody keeps to their budgets may take the core from all others: they are to end, and
+/// have no rank from now on. The supervisor, where there is one, does not wait for that.
+void LinuxBoard::look_after_warden() {
+    if (!warden_.is_lost() || !watch_lost_.empty()) return;
+    watch_lost_ = warden_.lapse();
+    for (const auto& thread : crew_.threads()) HeldThread::demote(thread->tid());
+    request_stop();
+}
+
+void LinuxBoard::abandon() {
+    request_stop();
+    force_safe_states();
+    cores_.give_back();
 }
 
 Result<void> LinuxBoard::change_io(VcpuId io, sched::VcpuParameters parameters) {
@@ -335,7 +375,8 @@ GuaranteeReport LinuxBoard::guarantee() const {
         LoopGuarantee loop = cores_.describe(*thread);
         if (const std::string_view note = edges_.note_of(loop.id); !note.empty())
             write(loop.shortfall, loop.shortfall.empty() ? "" : "; ", note);
-        if (thread->budget_kept()) describe_budget(loop, *thread, warden_, warden_shortfall_);
+        if (thread->budget_kept())
+            describe_budget(loop, *thread, warden_, warden_shortfall_, delays_.taken_of(loop.core));
         describe_kernel_threads(loop, cores_.kernel_threads(), warden_);
         report.loops.push_back(loop);
         if (const HandlerTimes* times = edges_.times_of(loop.id);
@@ -345,6 +386,9 @@ GuaranteeReport LinuxBoard::guarantee() const {
     cores_.describe_cores(report);
     delays_.describe(report);
     describe_watch(report, warden_);
+    if (!watch_lost_.empty()) report.watch_lost = watch_lost_;
+    if (began_at_ != Instant{})
+        report.ran = (ended_at_ == Instant{} ? cycle_clock.now() : ended_at_) - began_at_;
     promise_.describe_trees(report);
     return report;
 }

@@ -162,7 +162,9 @@ class LinuxBoard final : public Board {
     /// The delay witness wants to know. A loop that owns its core is told on by its spins.
     void note_overrun(Nanoseconds lateness) override {
         VcpuThread* const self = VcpuThread::current();
-        if (self && !self->spec().owns_core) self->was_late(lateness);
+        if (!self) return;
+        self->count_late();
+        if (!self->spec().owns_core) self->was_late(lateness);
     }
     void note_body_end() override { life_.progressed(current_vcpu()); }
     void note_setup(bool running) override {
@@ -183,6 +185,11 @@ class LinuxBoard final : public Board {
     // ---- what this board has besides ------------------------------------------------------------
     /// Forces all safe states now. Async-signal-safe, once per board.
     void force_safe_states() { pins_.force_safe_states(); }
+    /// Every loop has returned.
+    [[nodiscard]] bool loops_ended() const { return crew_.all_returned(); }
+    /// Before _exit() of a process whose loops have not ended: safe states, and the computer as it
+    /// was. Nothing of the board may be destroyed, for the loops may go on.
+    void abandon();
     /// Edges lost on the way to a virtual machine.
     [[nodiscard]] std::uint64_t lost_edges() const;
 
@@ -194,6 +201,7 @@ class LinuxBoard final : public Board {
     void instruct_warden();
     void rank_kernel_threads();
     void renew_promise();
+    void look_after_warden();
     static void edge_entry(void* board);
     [[nodiscard]] std::vector<DelayWitness::Ward> loops() const;
 
@@ -207,6 +215,9 @@ class LinuxBoard final : public Board {
     CoreTaker cores_{config_, core_count_};
     Warden warden_;  // outlives its wards, the crew's threads
     FixedString<120> warden_shortfall_;
+    FixedString<160> watch_lost_;      // why the loops were told to end
+    posix::UniqueFd written_files_;    // of the loops: rules
+    Instant began_at_{}, ended_at_{};  // the loops; zero: not yet
     Crew crew_;
     std::unique_ptr<FatalSignals> signals_;
     std::optional<sched::PlatformOverheads> overheads_;

@@ -24,11 +24,21 @@ std::int64_t next_number(std::string_view& text) {
 
 }  // namespace
 
+std::string_view read_anew(int file, TaskText& buffer) {
+    const ssize_t bytes = ::pread(file, buffer.data(), buffer.size(), 0);
+    return {buffer.data(), static_cast<std::size_t>(std::max<ssize_t>(bytes, 0))};
+}
+
 bool ThreadTimesFile::open(pid_t process, pid_t tid) {
     const auto path = text<FixedString<64>>("/proc/", process, "/task/", tid, "/schedstat", '\0');
     file_ = ::open(path.view().data(), O_RDONLY | O_CLOEXEC);
     sched::ThreadTimes times;
     return read(times);
+}
+
+void ThreadTimesFile::close() {
+    if (file_ >= 0) ::close(file_);
+    file_ = -1;
 }
 
 bool ThreadTimesFile::read(sched::ThreadTimes& times) const {

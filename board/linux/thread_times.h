@@ -7,9 +7,18 @@
 
 #include <sys/types.h>
 
+#include <array>
+#include <string_view>
+
 #include "sched/budget_watch.h"
 
 namespace qduino::board::linux {
+
+/// For the text of one small file of /proc.
+using TaskText = std::array<char, 4096>;
+
+/// The kernel's newest text of a file in /proc that is open; empty when the task has ended.
+[[nodiscard]] std::string_view read_anew(int file, TaskText& buffer);
 
 class ThreadTimesFile {
   public:
@@ -18,9 +27,11 @@ class ThreadTimesFile {
     [[nodiscard]] bool open(pid_t process, pid_t tid);
     /// False: the thread has ended.
     [[nodiscard]] bool read(sched::ThreadTimes& times) const;
+    /// Else it is open until the process ends.
+    void close();
 
   private:
-    int file_ = -1;  // until the process ends
+    int file_ = -1;
 };
 
 }  // namespace qduino::board::linux

@@ -90,6 +90,8 @@ class VcpuThread {
 
     /// How often its budget has ended.
     [[nodiscard]] std::int64_t throttled() const { return static_cast<std::int64_t>(keeper_.throttled()); }
+    /// CPU time charged to it beyond its budget's end (budget_keeper.h). Any thread.
+    [[nodiscard]] Nanoseconds beyond() const { return keeper_.beyond(); }
 
     /// Call before a spin until `t`: sleeps first, where the thread may not fill its core.
     void rest_before_spin(Instant t) {
@@ -102,8 +104,15 @@ class VcpuThread {
 
     /// The calling thread was so late.
     void was_late(Nanoseconds lateness) {
-        if (lateness.count() > worst_late_ns_.load(std::memory_order_relaxed))
-            worst_late_ns_.store(lateness.count(), std::memory_order_relaxed);
+        raise(worst_late_ns_, lateness);
+        raise(worst_lately_ns_, lateness);
+    }
+    /// The calling thread's release ended late.
+    void count_late() { late_.store(late() + 1, std::memory_order_relaxed); }
+    [[nodiscard]] std::int64_t late() const { return late_.load(std::memory_order_relaxed); }
+    /// At the worst since the last call. From one thread at a time.
+    [[nodiscard]] Nanoseconds take_worst_lately() {
+        return Nanoseconds{worst_lately_ns_.exchange(0, std::memory_order_relaxed)};
     }
     /// At the worst, so far. Any thread.
     [[nodiscard]] Nanoseconds worst_late() const {
@@ -119,6 +128,11 @@ class VcpuThread {
     [[nodiscard]] pid_t tid() const { return tid_; }
 
   private:
+    /// The calling thread is the only one that raises it.
+    static void raise(std::atomic<std::int64_t>& worst, Nanoseconds lateness) {
+        if (lateness.count() > worst.load(std::memory_order_relaxed))
+            worst.store(lateness.count(), std::memory_order_relaxed);
+    }
     static void* main(void* self);
     void prepare();
     void become_confined() const;
@@ -141,6 +155,8 @@ class VcpuThread {
     FixedString<160> shortfall_;
     std::atomic<bool> finished_{false};
     std::atomic<std::int64_t> worst_late_ns_{0};
+    std::atomic<std::int64_t> worst_lately_ns_{0};
+    std::atomic<std::int64_t> late_{0};
     static constinit thread_local VcpuThread* current_;
 };
 

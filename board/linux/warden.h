@@ -15,17 +15,23 @@
 // not need one, and the warden needs no privilege that the sketch has not. It is a copy of the
 // sketch and not a program of its own, so that there is no second program to be found.
 //
-// It ends with the sketch. A sketch that kills it (confinement.h refuses that to loops) is left
-// without: the guarantee says so.
+// It ends with the sketch. Loops cannot reach it: confinement.h has the ways that are refused. What
+// setup() started can, and so can another program. So the warden beats: at each look it writes the
+// time into pages that nobody else can write (warden_pages.h), and into the pins file. The beat is
+// judged by its value. The supervisor that misses it kills the sketch, with safe pins, and says why
+// (apps/supervisor/hang.h). Without a supervisor the board takes the rank of the loops, and asks
+// them to end.
 //
-// Cost, measured on a 2-core VM (kernel 6.18): 30 to 40 µs for a look, every 4 ms at most, and
-// 0.4 % of a core for two loops. Admission counts it above every loop (overheads.h).
+// Cost, measured on a 2-core VM (kernel 6.18): 30 to 40 µs for a look, every 4 ms at most, and 0.4
+// % of a core for two loops. Threads of setup()'s cost some 10 µs each, every 8 ms. Admission
+// counts it above every loop (overheads.h).
 #pragma once
 
 #include <sys/types.h>
 
 #include <span>
 
+#include "base/fixed_string.h"
 #include "base/result.h"
 #include "board/linux/warden_pages.h"
 #include "board/linux/warden_process.h"
@@ -45,10 +51,10 @@ class Warden {
     /// Error: the system's.
     Result<void> hire(WardenTask task);
     /// Gives it its wards, which have not begun yet, and kernel threads that work on the budgets of
-    /// some of them; `witness` is another thread of the board's. Waits until it watches. Error:
-    /// unavailable.
+    /// some of them; `witness` is another thread of the board's. `grows`: a ward may make threads.
+    /// Waits until it watches. Error: unavailable.
     Result<void> watch(std::span<const Ward> wards, std::span<const KernelThread> kernel_threads,
-                       pid_t witness);
+                       pid_t witness, bool grows = false);
     /// I/O VCPU `io` has another budget and period. From one thread at a time; no system call. The
     /// warden takes it up at its next look at that ward.
     void change(VcpuId io, sched::VcpuParameters parameters);
@@ -59,6 +65,10 @@ class Warden {
     [[nodiscard]] pid_t pid() const { return pid_; }
     /// It was hired and watches.
     [[nodiscard]] bool watches() const;
+    /// Why it does not, or did not all along, though it had begun: for a report. Empty: it did.
+    [[nodiscard]] FixedString<160> lapse() const;
+    /// It had begun to watch, and is dead, or has not looked for so long that it will not again.
+    [[nodiscard]] bool is_lost() const;
     /// Null: none was hired. Read-only.
     [[nodiscard]] const WardenFindings* findings() const {
         return pages_of_findings_.valid() ? pages_of_findings_.as<const WardenFindings>() : nullptr;
@@ -67,11 +77,14 @@ class Warden {
   private:
     void ring() const;
     [[nodiscard]] bool has_ended() const;
+    [[nodiscard]] Nanoseconds silence() const;
 
     posix::Mapping pages_of_orders_;
     posix::Mapping pages_of_findings_;
     pid_t pid_ = 0;
     mutable bool ended_ = false;  // reaped when that is noticed
+    bool begun_ = false;          // it has watched
+    Nanoseconds patience_{};      // with its silence
 };
 
 }  // namespace qduino::board::linux

@@ -1,6 +1,5 @@
 #include "board/linux/warden_process.h"
 
-#include <dirent.h>
 #include <fcntl.h>
 #include <sched.h>
 #include <sys/mman.h>
@@ -19,33 +18,24 @@
 
 #include "base/fixed_vector.h"
 #include "base/text.h"
-#include "base/whole_number.h"
 #include "board/linux/budget_keeper.h"
 #include "board/linux/clock.h"
 #include "board/linux/held_thread.h"
 #include "board/linux/real_time_thread.h"
+#include "board/linux/strangers.h"
 #include "board/linux/thread_times.h"
 #include "board/linux/watched_bottom_half.h"
+#include "board/window/pins_layout.h"
 #include "sched/budget_watch.h"
 
 namespace qduino::board::linux {
 
 namespace {
 
-constexpr Nanoseconds kSweepEvery = 200ms;
 /// Whatever its wards ask for: what it costs is counted so (LinuxBoard::platform_overheads()).
 constexpr Nanoseconds kLookEvery = sched::BudgetWatch::kTick;
 /// If it ever consumes so much without sleeping, the kernel ends it.
 constexpr rlim_t kRealTimeLimitUs = 200'000;
-constexpr std::size_t kTasksMax = 256;  // looked at in a sweep
-
-using Buffer = std::array<char, 4096>;
-
-/// The kernel's newest text of a file in /proc that is open; empty when the task has ended.
-std::string_view read_anew(int file, Buffer& buffer) {
-    const ssize_t bytes = ::pread(file, buffer.data(), buffer.size(), 0);
-    return {buffer.data(), static_cast<std::size_t>(std::max<ssize_t>(bytes, 0))};
-}
 
 /// The signals of one line of /proc/PID/task/TID/status, "SigBlk:\t0000000000000004".
 bool names_signal(std::string_view status, std::string_view line, int signal) {
@@ -67,6 +57,7 @@ class WatchedThread {
         thread_ = HeldThread{{ward.tid, ward.core, ward.priority}};
         changes_ = ward.is_io() ? &changes : nullptr;
         findings_ = &findings;
+        id_ = ward.id;
         watched_ = ward.watched;
         const auto status = text<FixedString<64>>("/proc/", task.sketch, "/task/", ward.tid, "/status", '\0');
         status_file_ = ::open(status.view().data(), O_RDONLY | O_CLOEXEC);
@@ -77,6 +68,12 @@ class WatchedThread {
     }
 
     [[nodiscard]] pid_t tid() const { return thread_.place().tid; }
+    [[nodiscard]] VcpuId id() const { return id_; }
+    /// What a lock's holder used at this thread's priority is charged to it.
+    void charge_lent(Nanoseconds used) {
+        lent_ += used;
+        lent_lately_ = true;
+    }
     [[nodiscard]] HeldThread& thread() { return thread_; }
     [[nodiscard]] Instant next_look() const { return watched_ && !ended_ ? watch_.next_look() : kForever; }
 
@@ -91,11 +88,13 @@ class WatchedThread {
             ended_ = true;
             return;
         }
+        times.cpu += lent_;
         if (const auto parameters = changes_ ? changes_->take(changes_seen_) : std::nullopt;
             parameters && parameters->valid())
             watch_.change(now, times, *parameters);
         const bool hold = watch_.look(now, times) == sched::BudgetWatch::Verdict::hold;
         if (hold && !thread_.held()) explain();
+        lent_lately_ = false;
         hold ? thread_.hold() : thread_.release();
         findings_->used_ns = to_ns(watch_.used());
         findings_->watched_ns = to_ns(watch_.watched());
@@ -110,7 +109,11 @@ class WatchedThread {
     /// Why its own timer did not do it. Once: it is held a moment later.
     void explain() {
         if (findings_->way != EscapeWay::none) return;
-        Buffer buffer;
+        if (lent_lately_) {
+            findings_->way = EscapeWay::lent;
+            return;
+        }
+        TaskText buffer;
         const std::string_view status = read_anew(status_file_, buffer);
         const int signal = BudgetKeeper::signal_number();
         findings_->way = names_signal(status, "SigBlk:\t", signal)    ? EscapeWay::signal_blocked
@@ -125,82 +128,30 @@ class WatchedThread {
     WardFindings* findings_ = nullptr;
     ThreadTimesFile times_;
     int status_file_ = -1;
+    VcpuId id_ = kNoVcpu;
+    Nanoseconds lent_{};        // ever
+    bool lent_lately_ = false;  // since the last look
     bool watched_ = false;
     bool ended_ = false;
 };
 
-// ---- threads that the board does not know -------------------------------------------------------
-
-class Strangers {
-  public:
-    void open(pid_t sketch) {
-        sketch_ = sketch;
-        const auto path = text<FixedString<64>>("/proc/", sketch, "/task", '\0');
-        folder_ = ::open(path.view().data(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    }
-    /// The threads that were there before the loops began are known, however they got there.
-    void note_first() {
-        for_each([&](pid_t tid) { static_cast<void>(known_.try_push_back(tid)); });
-    }
-    /// `is_own`: tells the board's threads.
-    template <typename IsOwn>
-    void sweep(WardenFindings& findings, const IsOwn& is_own) {
-        std::uint32_t strangers = 0;
-        for_each([&](pid_t tid) {
-            if (is_own(tid)) return;
-            if (std::ranges::find(known_, tid) == known_.end()) ++strangers;
-            const int policy = ::sched_getscheduler(tid) & ~SCHED_RESET_ON_FORK;
-            if (policy == SCHED_FIFO || policy == SCHED_RR || policy == SCHED_DEADLINE) depose(tid, findings);
-        });
-        findings.strangers = std::max(findings.strangers.load(), strangers);
-    }
-    void changed(pid_t tid, int status) {
-        for (HeldThread& usurper : usurpers_) {
-            if (usurper.place().tid == tid) usurper.changed(status);
-        }
-    }
-
-  private:
-    /// It loses its priority, and is stopped for good: it would take the priority again. The first
-    /// thread is the process to others, and is not stopped.
-    void depose(pid_t tid, WardenFindings& findings) {
-        ++findings.usurpers;
-        if (tid == sketch_ || !usurpers_.try_push_back(HeldThread{{tid, 0, 0}}))
-            return HeldThread::demote(tid);
-        usurpers_.back().hold();
-    }
-
-    template <typename Function>
-    void for_each(const Function& function) const {
-        alignas(8) std::array<std::byte, kTasksMax * 24> entries;
-        ::lseek(folder_, 0, SEEK_SET);
-        const long bytes = ::syscall(SYS_getdents64, folder_, entries.data(), entries.size());
-        for (long at = 0; at < bytes;) {
-            // linux_dirent64 of getdents64(2): inode, offset, the length of the entry, type, name.
-            const std::byte* entry = entries.data() + at;
-            const auto* name = reinterpret_cast<const char*>(entry + 19);
-            if (const auto tid = whole_number<pid_t>(std::string_view{name})) function(*tid);
-            at += *reinterpret_cast<const std::uint16_t*>(entry + 16);
-        }
-    }
-
-    pid_t sketch_ = 0;
-    int folder_ = -1;
-    FixedVector<pid_t, kTasksMax> known_;
-    FixedVector<HeldThread, 32> usurpers_;
-};
-
 // ---- the process --------------------------------------------------------------------------------
 
-class WardenProcess {
+class WardenProcess final : Strangers::Wards {
   public:
     WardenProcess(const WardenTask& task, WardenOrders& orders, WardenFindings& findings)
         : task_(task), orders_(orders), findings_(findings) {}
 
     void run() {
         prepare();
+        watch_to_the_end();
+        if (task_.by && ::getppid() == task_.sketch) *task_.by = kWardenLeft;
+    }
+
+  private:
+    void watch_to_the_end() {
         while (orders_.given == 0) {
-            sleep_until(monotonic_now() + kSweepEvery);
+            sleep_until(monotonic_now() + kWardenSweep);
             if (is_over()) return;
         }
         if (!begin()) {
@@ -210,9 +161,12 @@ class WardenProcess {
         while (!is_over()) watch_on();
     }
 
-  private:
     void prepare() const {
         ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+        go_last_in_need_of_memory();
+        // Nobody without CAP_SYS_PTRACE, which loops lose, reaches into it or opens its files in
+        // /proc to write.
+        ::prctl(PR_SET_DUMPABLE, 0);
         ::setsid();  // a terminal's Ctrl-C is the sketch's business
         struct sigaction none {};
         none.sa_handler = SIG_DFL;
@@ -230,6 +184,14 @@ class WardenProcess {
         static_cast<void>(become_real_time(task_.priority));
     }
 
+    /// Else a loop that takes all the memory would have the kernel end its warden. Refused without
+    /// CAP_SYS_RESOURCE.
+    static void go_last_in_need_of_memory() {
+        constexpr std::string_view kNever = "-1000";
+        const int file = ::open("/proc/self/oom_score_adj", O_WRONLY | O_CLOEXEC);
+        if (file >= 0) static_cast<void>(!::write(file, kNever.data(), kNever.size()));
+    }
+
     void choose_cores() const {
         if (task_.cores.empty()) return;
         cpu_set_t cores;
@@ -241,8 +203,6 @@ class WardenProcess {
     }
 
     bool begin() {
-        strangers_.open(task_.sketch);
-        strangers_.note_first();
         witness_ = orders_.witness;
         const std::uint32_t count = std::min<std::uint32_t>(orders_.count, kVcpuLimit);
         for (std::uint32_t i = 0; i < count; ++i) {
@@ -254,15 +214,20 @@ class WardenProcess {
             if (bottom_half.open(task_.sketch, ward, orders_, findings_.wards[ward.id]))
                 bottom_halves_.push_back(bottom_half);
         }
+        strangers_.open(task_.sketch, orders_.grows, findings_, *this);
         const bool can_stop = wards_.empty() || wards_[0].thread().can_be_stopped();
-        next_sweep_ = monotonic_now();
+        next_sweep_ = last_look_ = monotonic_now();
+        beat(last_look_);
         findings_.state = can_stop ? WardenState::watching : WardenState::only_rank;
         return true;
     }
 
     void watch_on() {
         const Instant now = monotonic_now();
+        beat(now);
         take_changes();
+        // Before the wards: they pay for what was lent.
+        if (strangers_.next_look() <= now + kLookEvery / 2) strangers_.look(now);
         for (WatchedThread& ward : wards_) ward.look_if_due(now);
         for (WatchedBottomHalf& each : bottom_halves_) {
             if (each.next_look() <= now + kLookEvery / 2) each.look(now);
@@ -272,16 +237,42 @@ class WardenProcess {
         Instant next = next_sweep_;
         for (const WatchedThread& ward : wards_) next = std::min(next, ward.next_look());
         for (const WatchedBottomHalf& each : bottom_halves_) next = std::min(next, each.next_look());
-        sleep_until(std::max(next, now + kLookEvery));
+        next = std::min(next, strangers_.next_look());
+        next_look_ = std::max(next, now + kLookEvery);
+        sleep_until(next_look_);
+    }
+
+    /// It lives, and it looks: both in a number that only it can tell.
+    void beat(Instant now) {
+        constexpr Nanoseconds kPrompt = 1ms;
+        if (now - next_look_ > kPrompt) findings_.late_ns += to_ns(now - next_look_);
+        findings_.gap_ns = std::max<std::int64_t>(findings_.gap_ns, to_ns(now - last_look_));
+        findings_.beat_ns = to_ns(now);
+        if (task_.by) *task_.by = to_ns(now + task_.patience);
+        last_look_ = now;
     }
 
     void sweep(Instant now) {
-        next_sweep_ = now + kSweepEvery;
+        next_sweep_ = now + kWardenSweep;
         for (WatchedThread& ward : wards_) ward.sweep(now);
-        strangers_.sweep(findings_, [&](pid_t tid) {
-            return tid == witness_ || std::ranges::find(wards_, tid, &WatchedThread::tid) != wards_.end();
-        });
+        strangers_.sweep(now);
         findings_.cpu_ns = read_clock_ns(CLOCK_PROCESS_CPUTIME_ID);
+    }
+
+    [[nodiscard]] bool has(pid_t tid) const override {
+        return tid == witness_ || std::ranges::find(wards_, tid, &WatchedThread::tid) != wards_.end();
+    }
+
+    VcpuId charge(int priority, int core, Nanoseconds used) override {
+        WatchedThread* lender = nullptr;
+        for (WatchedThread& ward : wards_) {
+            const ThreadPlace& place = ward.thread().place();
+            if (place.priority == priority && (!lender || place.core == core)) lender = &ward;
+        }
+        if (!lender) return kNoVcpu;
+        lender->charge_lent(used);
+        lender->look(last_look_);
+        return lender->id();
     }
 
     void take_changes() {
@@ -320,6 +311,8 @@ class WardenProcess {
     Strangers strangers_;
     pid_t witness_ = 0;
     Instant next_sweep_{};
+    Instant last_look_{};
+    Instant next_look_ = kForever;
 };
 
 }  // namespace

@@ -1,7 +1,8 @@
 // The warden's own process: the whole of it.
 //
 //   waits for orders ─► looks at each ward when its BudgetWatch asks for it ─► holds, releases
-//                       every 200 ms: rank, core and strange threads
+//                       every 8 ms: threads in nobody's budget, if there are some (strangers.h)
+//                       every 200 ms: rank and core of its wards, new threads, child processes
 //
 // It sleeps between two looks, and a look is bounded: some reads of /proc files that are open, and
 // some system calls for each ward. It allocates nothing: it begins as a copy of a process whose
@@ -9,6 +10,9 @@
 #pragma once
 
 #include <sys/types.h>
+
+#include <atomic>
+#include <cstdint>
 
 #include "base/time.h"
 #include "board/linux/cpu_list.h"
@@ -22,6 +26,11 @@ struct WardenTask {
     CpuList cores;     ///< where it may run; empty: anywhere
     /// CPU time of one wait, which a ward has beside its budget in each period.
     Nanoseconds wait{};
+    /// In shared memory, for the supervisor: by when it looks again (board/window/pins_layout.h).
+    /// Null: there is none.
+    std::atomic<std::int64_t>* by = nullptr;
+    /// So long after a look it counts as dead.
+    Nanoseconds patience{};
 };
 
 /// Runs in a child of the sketch, and does not return.

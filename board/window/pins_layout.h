@@ -223,6 +223,8 @@ struct alignas(channel::kCacheLine) Mailbox {
     std::array<std::atomic<std::uint64_t>, kMailWords> in{};
 };
 
+inline constexpr std::int64_t kWardenLeft = -1;
+
 /// How a sketch came to its end.
 enum class SketchDeath : std::uint32_t { none = 0, died = 1, hung = 2 };
 
@@ -251,6 +253,11 @@ struct PinsLayout {
     /// Shortest bound of a heartbeat; the supervisor sets it before it starts the sketch. 0: no
     /// supervisor.
     std::atomic<std::int64_t> heartbeat_bound_ns{0};
+    /// The process that keeps the sketch's budgets (board/linux/warden.h); 0: none.
+    std::atomic<std::uint32_t> warden{0};
+    /// CLOCK_MONOTONIC by which it looks again, at the latest, if it is not dead; kWardenLeft: all
+    /// its wards have ended, and it has gone.
+    std::atomic<std::int64_t> warden_by_ns{0};
 
     /// Futex: a request has come.
     alignas(channel::kCacheLine) std::atomic<std::uint32_t> doorbell{0};

@@ -160,6 +160,23 @@ TEST_F(HangFinder, SaysWhatAStuckOneDoes) {
     EXPECT_NE(hang_text(find(kNow), kNow).find("it waits without end"), std::string::npos);
 }
 
+TEST_F(HangFinder, JudgesAWardenByTheInstantThatItTells) {
+    layout_->warden_by_ns = to_ns(kNow - 1ns);
+    EXPECT_FALSE(find(kNow).found()) << "there is none";
+    layout_->warden = 77;
+    EXPECT_EQ(find(kNow).kind, Hang::Kind::unwatched) << "whoever lives under its number";
+    EXPECT_EQ(hang_text(find(kNow + 3ms - 1ns), kNow),
+              "its warden looked no more (noticed 3 ms after it was due to): nobody kept its loops to their "
+              "budgets");
+    layout_->warden_by_ns = to_ns(kNow);
+    EXPECT_FALSE(find(kNow).found());
+    layout_->warden_by_ns = kWardenLeft;
+    EXPECT_FALSE(find(kNow).found());
+    beat(2).expected_by_ns = to_ns(kNow - 1ns);
+    layout_->warden_by_ns = 1;
+    EXPECT_EQ(find(kNow).kind, Hang::Kind::silent) << "a loop says more";
+}
+
 TEST_F(HangFinder, KnowsSetupByItsPromiseAlone) {
     beat(kNoVcpu).progress_by_ns = to_ns(kNow - 4ms);
     beat(kNoVcpu).progress_limit_ns = to_ns(Nanoseconds{10s});

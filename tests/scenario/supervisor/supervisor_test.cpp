@@ -104,6 +104,19 @@ TEST(Supervisor, AFrozenSketchIsAHungOne) {
     EXPECT_EQ(run.death(), SketchDeath::hung);
 }
 
+TEST(Supervisor, ASketchThatLosesItsWardenIsEndedWithSafePins) {
+    SupervisedSketch sketch{"never"};
+    sketch.wait_until_running();
+    SupervisedSketch::wait_for("the warden",
+                               [&] { return sketch.layout().warden.load() != 0 || sketch.gone(); });
+    const auto warden = static_cast<pid_t>(sketch.layout().warden.load());
+    ASSERT_GT(warden, 0);
+    ::kill(warden, SIGKILL);
+    EXPECT_EQ(sketch.finish(), 128 + SIGKILL);
+    EXPECT_EQ(sketch.death(), SketchDeath::hung);
+    expect_safe(sketch.machine());
+}
+
 TEST(Supervisor, SigtermOfTheSketchItselfStopsItInOrder) {
     SupervisedSketch run{"live"};
     run.wait_until_running();

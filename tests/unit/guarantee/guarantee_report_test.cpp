@@ -72,6 +72,7 @@ TEST(GuaranteeReport, KernelThreadsAreNamedBesideTheLoopsThatKeptTheirBudgets) {
     io.period = 100ms;
     io.used = Nanoseconds{0};
     io.watched = 1s;
+    io.budget_enforced = true;
     io.kernel_threads = 2;
     io.kernel_used = 12ms;
     io.kernel_held = 31;
@@ -86,6 +87,75 @@ TEST(GuaranteeReport, KernelThreadsAreNamedBesideTheLoopsThatKeptTheirBudgets) {
     report.loops[0].kernel_used = Nanoseconds{-1};
     EXPECT_THAT(budgets_kept(report), Not(HasSubstr("kernel thread")));
     EXPECT_TRUE(nlohmann::json::parse(guarantee_json(report))["loops"][0]["kernel_cpu_us"].is_null());
+}
+
+// ---- when "kept" may be said
+// ----------------------------------------------------------------------
+
+board::GuaranteeReport of_two_loops() {
+    board::GuaranteeReport report;
+    for (const board::VcpuId id : {1, 2}) {
+        board::LoopGuarantee loop;
+        loop.id = id;
+        loop.budget = 1ms;
+        loop.period = 10ms;
+        loop.budget_enforced = true;
+        loop.used = 300ms;
+        loop.watched = 5s;
+        loop.releases = 500;
+        report.loops.push_back(loop);
+    }
+    report.ran = 5s;
+    return report;
+}
+
+std::string kept_in(const board::GuaranteeReport& report) { return in_one_line(budgets_kept(report)); }
+
+TEST(GuaranteeReport, KeptIsSaidOfLoopsThatRanAndWereWatched) {
+    EXPECT_THAT(kept_in(of_two_loops()), HasSubstr("Budgets: every one was kept (2 loops)."));
+}
+
+TEST(GuaranteeReport, ALoopThatNeverRanKeptNothing) {
+    board::GuaranteeReport report = of_two_loops();
+    report.loops[1].releases = 0;
+    EXPECT_THAT(kept_in(report), HasSubstr("Budget of loop 2: never used, for the loop never ran."));
+    EXPECT_THAT(kept_in(report), HasSubstr("Budgets: the others were kept (1 loop)."));
+    report.loops[0].releases = 0;
+    EXPECT_THAT(kept_in(report), Not(HasSubstr("kept")));
+}
+
+TEST(GuaranteeReport, WithoutAWardenAllAlongNobodyKnowsThatTheyWereKept) {
+    board::GuaranteeReport report = of_two_loops();
+    report.watch_lost = "the warden died 4.9 s ago: it was killed";
+    EXPECT_THAT(kept_in(report), HasSubstr("Budgets: NOT watched all along: the warden died 4.9 s ago"));
+    EXPECT_THAT(kept_in(report), Not(HasSubstr("kept")));
+    EXPECT_EQ(nlohmann::json::parse(guarantee_json(report))["watch_lost"],
+              "the warden died 4.9 s ago: it was killed");
+}
+
+TEST(GuaranteeReport, TheTextSaysNothingOfABudgetThatTheJsonDenies) {
+    board::GuaranteeReport report = of_two_loops();
+    report.loops[0].budget_enforced = false;
+    report.loops[0].shortfall = "nobody outside of the loop keeps its budget";
+    EXPECT_THAT(kept_in(report),
+                HasSubstr("Budget of loop 1 NOT ENFORCED: nobody outside of the loop keeps"));
+    EXPECT_THAT(kept_in(report), HasSubstr("Budgets: the others were kept (1 loop)."));
+}
+
+TEST(GuaranteeReport, ALoopThatCouldNotHelpItIsNotAccused) {
+    board::GuaranteeReport report = of_two_loops();
+    report.loops[0].taken =
+        "the host or interrupts ran on it for 400 ms; it was stopped from outside 3 times for that";
+    EXPECT_THAT(kept_in(report), HasSubstr("Budget of loop 1: the host or interrupts ran on it for 400 ms"));
+    EXPECT_THAT(kept_in(report), Not(HasSubstr("NOT KEPT")));
+}
+
+TEST(GuaranteeReport, WhoRanInFrontOfLoopsIsNamed) {
+    board::GuaranteeReport report = of_two_loops();
+    report.intruders = "the thread 'usurper' of the sketch made itself real-time, and was stopped";
+    EXPECT_THAT(kept_in(report),
+                HasSubstr("In front of loops: the thread 'usurper' of the sketch made itself"));
+    EXPECT_EQ(nlohmann::json::parse(guarantee_json(report))["intruders"], report.intruders.view());
 }
 
 TEST(GuaranteeReport, PeriodsAreThereWhereTheRuntimeKnowsThem) {
@@ -150,6 +220,34 @@ TEST(GuaranteeReport, ADelayIsOtherTasksWhereTheyHadTheCoreForHalfOfIt) {
     report.delays[0].tasks = 25ms;
     report.delays[0].host = 50ms;
     EXPECT_THAT(explained(report), HasSubstr("other tasks took its core."));
+}
+
+TEST(GuaranteeReport, ADelayOfALoopThatKeepsABudgetHasANameOfItsOwn) {
+    board::GuaranteeReport report = late_by(272ms, false);
+    report.delays[0].throttled = 0;
+    EXPECT_THAT(explained(report), HasSubstr("it slept or waited within its release, or was interrupted."));
+    report.delays[0].throttled = 3;
+    EXPECT_THAT(explained(report), HasSubstr("it had spent its budget, and waited for the next."));
+    report.delays[0].beyond = 14ms;
+    EXPECT_THAT(explained(report),
+                HasSubstr("the host or an interrupt ran on its budget, and it waited for the next."));
+    EXPECT_THAT(explained(report), HasSubstr("; 14 ms of it on the budget of the loop."));
+    report.delays[0].interrupted = 140ms;
+    EXPECT_THAT(explained(report), HasSubstr("interrupts took its core."));
+    EXPECT_EQ(nlohmann::json::parse(guarantee_json(report))["delays"][0]["cause"], "interrupts");
+}
+
+TEST(GuaranteeReport, EachLateReleaseIsCountedUnderItsCause) {
+    board::GuaranteeReport report = late_by(49ms, false);
+    EXPECT_THAT(explained(report), Not(HasSubstr("Late in all")));
+    report.delays[0].late[static_cast<std::size_t>(board::DelayCause::host)] = 7;
+    report.delays[0].late[static_cast<std::size_t>(board::DelayCause::work)] = 5;
+    EXPECT_THAT(explained(report),
+                HasSubstr("Late in all: 12 releases, by cause: 7 (the host), 5 (its own work)."));
+    const auto json = nlohmann::json::parse(guarantee_json(report))["delays"][0];
+    EXPECT_EQ(json["late_host"], 7);
+    EXPECT_EQ(json["late_work"], 5);
+    EXPECT_EQ(json["late_tasks"], 0);
 }
 
 TEST(GuaranteeReport, AShortDelayOfAnOwnerMayBeAnyInterrupt) {

@@ -12,11 +12,12 @@ using test::FakeMachine;
 
 constexpr const char* kColumns = "      CPU0 CPU1\n";
 
-/// What the kernel of a computer with two cores tells; `ticks` of 10 ms are the host's on core 1.
-void tell(FakeMachine& machine, int ticks, int disk, int timer) {
+/// What the kernel of a computer with two cores tells; `ticks` of 10 ms are the host's on core 1,
+/// `soft` are soft interrupts'.
+void tell(FakeMachine& machine, int ticks, int disk, int timer, int soft = 7) {
     machine.put("/proc/stat", text<std::string>("cpu 1 2 3 4 5 6 7 99 0 0\ncpu0 1 2 3 4 5 6 7 50 0 0\ncpu1 1 "
-                                                "2 3 4 5 6 7 ",
-                                                ticks, " 0 0\nintr 5\n"));
+                                                "2 3 4 5 6 ",
+                                                soft, ' ', ticks, " 0 0\nintr 5\n"));
     machine.put("/proc/interrupts",
                 text<std::string>(kColumns, " 36: 900 ", disk, " PCI-MSI 0-edge virtio1-req.0\nLOC: 800 ",
                                   timer, " Local timer interrupts\nERR: 0\n"));
@@ -29,6 +30,13 @@ class DelayWitnessTest : public ::testing::Test {
         witness_.begin(kEpoch, wards_);
     }
     void late(Nanoseconds worst) { wards_[0].worst = worst; }
+    /// A release of a loop that shares its core ended so late.
+    void overrun(Nanoseconds lateness) {
+        wards_[0].owns_core = false;
+        ++wards_[0].late;
+        wards_[0].worst_lately = lateness;
+        wards_[0].worst = std::max(wards_[0].worst, lateness);
+    }
     void look(Nanoseconds after_begin) { witness_.look(kEpoch + after_begin, wards_); }
     [[nodiscard]] GuaranteeReport report() const {
         GuaranteeReport report;
@@ -79,6 +87,45 @@ TEST_F(DelayWitnessTest, AKernelThatDoesNotTellIsNotTakenForZero) {
     look(1s);
     EXPECT_LT(report().delays[0].host, 0ns);
     EXPECT_LT(report().delays[0].interrupts, 0);
+}
+
+TEST_F(DelayWitnessTest, EachLateReleaseIsCountedUnderTheCauseOfItsSecond) {
+    wards_[0].owns_core = false;
+    wards_[0].throttled = 0;
+    DelayWitness witness{machine_.root()};
+    witness.begin(kEpoch, wards_);
+    const auto look = [&](int second) {
+        witness.look(kEpoch + second * 1s, wards_);
+        wards_[0].worst_lately = Nanoseconds{0};
+    };
+    overrun(40ms);
+    overrun(90ms);
+    tell(machine_, 7 + 6, 100, 200);  // 60 ms of the host's
+    look(1);
+    overrun(20ms);
+    tell(machine_, 13, 100, 200, 7 + 1);  // 10 ms of interrupts
+    look(2);
+    overrun(30ms);
+    wards_[0].throttled = 2;
+    look(3);
+    overrun(30ms);
+    wards_[0].throttled = 3;
+    wards_[0].beyond = 4ms;
+    look(4);
+    look(5);
+    GuaranteeReport report;
+    witness.describe(report);
+    ASSERT_EQ(report.delays.size(), 1u);
+    const auto late = [&](DelayCause cause) {
+        return report.delays[0].late[static_cast<std::size_t>(cause)];
+    };
+    EXPECT_EQ(late(DelayCause::host), 2);
+    EXPECT_EQ(late(DelayCause::interrupts), 1);
+    EXPECT_EQ(late(DelayCause::work), 1);
+    EXPECT_EQ(late(DelayCause::charged), 1);
+    EXPECT_EQ(report.delays[0].worst, 90ms);
+    EXPECT_EQ(report.delays[0].host, 60ms) << "the evidence is that of the worst";
+    EXPECT_EQ(witness.taken_of(1), 70ms);
 }
 
 }  // namespace
