@@ -91,12 +91,55 @@ Finding clocksource(const Facts& facts) {
                   facts.boot_with("tsc=reliable"));
 }
 
+/// What is not the loop's own and in its CPU time all the same (board/linux/budget_keeper.h).
+Finding charged_time(const Facts& facts) {
+    const auto interrupts = facts.built_with("CONFIG_IRQ_TIME_ACCOUNTING");
+    if (!interrupts) return ok("its configuration cannot be read here: not judged");
+    const std::string flags = ' ' + facts.value_in("/proc/cpuinfo", "flags").value_or("") + ' ';
+    const bool virtual_machine = flags.find(" hypervisor ") != std::string::npos;
+    std::string charged, options;
+    if (*interrupts != "y") {
+        charged = "interrupts";
+        options = "CONFIG_IRQ_TIME_ACCOUNTING";
+    }
+    if (virtual_machine && facts.built_with("CONFIG_PARAVIRT_TIME_ACCOUNTING") != "y") {
+        write(charged, charged.empty() ? "" : ", and ", "what the host takes");
+        write(options, options.empty() ? "" : " and ", "CONFIG_PARAVIRT_TIME_ACCOUNTING");
+    }
+    if (charged.empty()) return ok("a loop is charged for nothing but its own work");
+    return better("a loop is charged for its own work, and for " + charged,
+                  "use a kernel that was built with " + options);
+}
+
+/// What keeps loops from their warden (board/linux/confinement.h).
+Finding loop_limits(const Facts& facts) {
+    const auto filter = facts.built_with("CONFIG_SECCOMP_FILTER");
+    if (!filter) return ok("its configuration cannot be read here: not judged");
+    if (*filter != "y")
+        return missing("no filter of system calls: a loop can make threads, and end its warden",
+                       "use a kernel that was built with CONFIG_SECCOMP_FILTER, as Debian's are");
+    if (facts.built_with("CONFIG_SECURITY_LANDLOCK") != "y")
+        return better("no Landlock: a loop of root can write into its warden and the kernel's files",
+                      "use a kernel that was built with CONFIG_SECURITY_LANDLOCK, as Debian's are");
+    const auto modules = facts.text("/sys/kernel/security/lsm");
+    if (modules && modules->find("landlock") == std::string::npos)
+        return better("Landlock is off: a loop of root can write into its warden and the kernel's files",
+                      facts.boot_with("lsm=landlock," + *modules));
+    if (facts.built_with("CONFIG_PROC_CHILDREN") != "y")
+        return better("the kernel tells no children: a process of setup()'s that ranks itself is not seen",
+                      "use a kernel that was built with CONFIG_PROC_CHILDREN, as Debian's are");
+    return ok("system calls and files of loops are limited");
+}
+
 constexpr std::array kKernelChecks{
     Check{"preempt_rt", "without it the kernel delays a loop by up to milliseconds under load", preempt_rt},
     Check{"kernel_options", "isolation, tickless cores and pins need these parts of the kernel",
           kernel_options},
     Check{"timer_resolution", "without high-resolution timers a loop wakes at the next tick only",
           timer_resolution},
+    Check{"charged_time", "what is charged to a loop and is not its own makes it late by T/C times as long",
+          charged_time},
+    Check{"loop_limits", "a loop that can reach the warden of its budget has none", loop_limits},
     Check{"clocksource", "a loop that times pulses reads the clock all the time", clocksource},
 };
 

@@ -42,6 +42,19 @@ Said ask(const FakeMachine& machine, bool json) {
     return said;
 }
 
+constexpr const char* kConfig =
+    "CONFIG_HZ=250\nCONFIG_HIGH_RES_TIMERS=y\nCONFIG_CPUSETS=y\nCONFIG_NO_HZ_FULL=y\nCONFIG_RCU_NOCB_CPU=y\n"
+    "CONFIG_GPIO_CDEV=y\nCONFIG_I2C_CHARDEV=m\nCONFIG_CPU_ISOLATION=y\nCONFIG_POSIX_TIMERS=y\n"
+    "CONFIG_IRQ_TIME_ACCOUNTING=y\nCONFIG_SECCOMP_FILTER=y\nCONFIG_SECURITY_LANDLOCK=y\n"
+    "CONFIG_PROC_CHILDREN=y\n";
+
+/// The same without one option.
+std::string config_without(const std::string& option) {
+    std::string config = kConfig;
+    const std::size_t at = config.find("CONFIG_" + option + "=");
+    return config.erase(at, config.find('\n', at) + 1 - at);
+}
+
 /// A PC with Debian's real-time kernel, booted for a loop on core 1, asked by root.
 void furnish_well(FakeMachine& m) {
     m.put("/sys/class/dmi/id/product_name", "Test Board 4000");
@@ -70,10 +83,8 @@ void furnish_well(FakeMachine& m) {
     m.put("/proc/swaps", "Filename Type Size Used Priority");
     m.put("/proc/77/comm", "bash");
     m.put("/proc/self/status", "Name: doctor\nCapEff:\t000001ffffffffff");
-    m.put("/boot/config-6.12.30-rt-amd64",
-          "CONFIG_HZ=250\nCONFIG_HIGH_RES_TIMERS=y\nCONFIG_CPUSETS=y\nCONFIG_NO_HZ_FULL=y\nCONFIG_RCU_NOCB_"
-          "CPU=y\n"
-          "CONFIG_GPIO_CDEV=y\nCONFIG_I2C_CHARDEV=m\nCONFIG_CPU_ISOLATION=y\nCONFIG_POSIX_TIMERS=y");
+    m.put("/boot/config-6.12.30-rt-amd64", kConfig);
+    m.put("/sys/kernel/security/lsm", "lockdown,capability,landlock,yama");
     m.put("/etc/default/grub", "GRUB_CMDLINE_LINUX=\"\"");
     m.put("/dev/gpiochip0", "");
 }
@@ -84,7 +95,7 @@ TEST(Doctor, AGoodMachineNeedsNothing) {
     const Said said = ask(machine, false);
     EXPECT_EQ(said.result, 0) << said.text;
     EXPECT_NE(said.text.find("Test Board 4000, 4 cores"), std::string::npos);
-    EXPECT_NE(said.text.find("\nVerdict: all 28 are as they should be.\n"), std::string::npos);
+    EXPECT_NE(said.text.find("\nVerdict: all 30 are as they should be.\n"), std::string::npos);
     EXPECT_EQ(said.text.find("fix"), std::string::npos);
 }
 
@@ -97,7 +108,7 @@ TEST(Doctor, SaysTheSameInJson) {
     const Json json = Json::parse(said.text);
     EXPECT_EQ(json.at("machine"), "Test Board 4000, 4 cores");
     EXPECT_EQ(json.at("kernel"), "6.12.30-rt-amd64");
-    ASSERT_EQ(json.at("findings").size(), 28u);
+    ASSERT_EQ(json.at("findings").size(), 30u);
     const Json& finding = *std::find_if(json["findings"].begin(), json["findings"].end(),
                                         [](const Json& f) { return f["id"] == "irqbalance"; });
     EXPECT_EQ(finding.at("state"), "could be better");
@@ -164,7 +175,7 @@ TEST_P(OneThingWrong, IsSaidWithItsFix) {
 
 /// A case that writes one file.
 Case with(const char* name, const char* id, const char* state, const char* found, const char* fix,
-          const char* path, const char* text) {
+          const char* path, const std::string& text) {
     return {name, id, state, found, fix, [=](FakeMachine& m) { m.put(path, text); }};
 }
 
@@ -179,7 +190,22 @@ const Case kCases[] = {
          "/boot/config-6.12.30-rt-amd64",
          "CONFIG_HZ=100\nCONFIG_HIGH_RES_TIMERS=y\n# CONFIG_CPUSETS is not set\nCONFIG_NO_HZ_FULL=y\n"
          "CONFIG_RCU_NOCB_CPU=y\nCONFIG_GPIO_CDEV=y\nCONFIG_I2C_CHARDEV=m\nCONFIG_CPU_ISOLATION=y\n"
-         "CONFIG_POSIX_TIMERS=y"),
+         "CONFIG_POSIX_TIMERS=y\nCONFIG_IRQ_TIME_ACCOUNTING=y\nCONFIG_SECCOMP_FILTER=y\n"
+         "CONFIG_SECURITY_LANDLOCK=y\nCONFIG_PROC_CHILDREN=y"),
+    with("charged_interrupts", "charged_time", kBetter, "for its own work, and for interrupts",
+         "CONFIG_IRQ_TIME_ACCOUNTING", "/boot/config-6.12.30-rt-amd64",
+         config_without("IRQ_TIME_ACCOUNTING")),
+    with("charged_host", "charged_time", kBetter, "and for what the host takes",
+         "CONFIG_PARAVIRT_TIME_ACCOUNTING", "/proc/cpuinfo",
+         "processor : 0\nmodel name : Test CPU\nflags : fpu tsc hypervisor"),
+    with("no_filter", "loop_limits", kMissing, "no filter of system calls", "CONFIG_SECCOMP_FILTER",
+         "/boot/config-6.12.30-rt-amd64", config_without("SECCOMP_FILTER")),
+    with("no_landlock", "loop_limits", kBetter, "no Landlock", "CONFIG_SECURITY_LANDLOCK",
+         "/boot/config-6.12.30-rt-amd64", config_without("SECURITY_LANDLOCK")),
+    with("landlock_off", "loop_limits", kBetter, "Landlock is off", "lsm=landlock,lockdown,yama",
+         "/sys/kernel/security/lsm", "lockdown,yama"),
+    with("no_children", "loop_limits", kBetter, "tells no children", "CONFIG_PROC_CHILDREN",
+         "/boot/config-6.12.30-rt-amd64", config_without("PROC_CHILDREN")),
     with("coarse_timers", "timer_resolution", kMissing, "timers resolve 4 ms", "linux-image-rt-amd64",
          "/proc/timer_list", "  .resolution: 4000000 nsecs"),
     with("slow_clock", "clocksource", kBetter, "hpet, though tsc is there",
@@ -266,12 +292,12 @@ TEST(Doctor, CountsWhatIsWrong) {
     FakeMachine machine;
     furnish_well(machine);
     machine.put("/proc/900/comm", "irqbalance");
-    EXPECT_NE(ask(machine, false).text.find("\nVerdict: 1 of 28 could be better.\n"), std::string::npos);
+    EXPECT_NE(ask(machine, false).text.find("\nVerdict: 1 of 30 could be better.\n"), std::string::npos);
     machine.put("/proc/sys/kernel/sched_rt_runtime_us", "0");
-    EXPECT_NE(ask(machine, false).text.find("\nVerdict: 1 of 28 could be better, 1 is missing.\n"),
+    EXPECT_NE(ask(machine, false).text.find("\nVerdict: 1 of 30 could be better, 1 is missing.\n"),
               std::string::npos);
     machine.put("/proc/900/comm", "bash");
-    EXPECT_NE(ask(machine, false).text.find("\nVerdict: 1 of 28 is missing.\n"), std::string::npos);
+    EXPECT_NE(ask(machine, false).text.find("\nVerdict: 1 of 30 is missing.\n"), std::string::npos);
 }
 
 TEST(Doctor, NeverPasses80Columns) {
