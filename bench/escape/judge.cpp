@@ -9,7 +9,10 @@
 #include <time.h>
 #include <unistd.h>
 
+#include <array>
 #include <cstdio>
+#include <cstdlib>
+#include <cstring>
 #include <map>
 #include <vector>
 
@@ -70,16 +73,18 @@ double cpu_of(pid_t process) {
     return static_cast<double>(used.tv_sec) + static_cast<double>(used.tv_nsec) * 1e-9;
 }
 
-/// Of the loop that keeps to its budget.
-double cpu_of_other_loop(pid_t sketch) {
+/// Of the loops that keep to their budgets.
+double cpu_of_other_loops(pid_t sketch) {
+    double used = 0;
     const std::string tasks = "/proc/" + std::to_string(sketch) + "/task/";
     for (const std::string& tid : board::linux::entries(tasks)) {
-        if (board::linux::text_of_file(tasks + tid + "/comm") != "loop 2") continue;
+        const std::string name = board::linux::text_of_file(tasks + tid + "/comm");
+        if (name != "loop 2" && name != "loop 3") continue;
         const std::string times = board::linux::text_of_file(tasks + tid + "/schedstat");
-        return static_cast<double>(whole_number<long long>(times.substr(0, times.find(' '))).value_or(0)) *
-               1e-9;
+        used +=
+            static_cast<double>(whole_number<long long>(times.substr(0, times.find(' '))).value_or(0)) * 1e-9;
     }
-    return 0;
+    return used;
 }
 
 struct Sample {
@@ -93,7 +98,7 @@ Sample take_sample(pid_t sketch) {
         if (process.name == "waker") continue;
         (process.name == "warden" ? sample.warden : sample.escapee) += cpu_of(pid);
     }
-    sample.escapee -= cpu_of_other_loop(sketch);
+    sample.escapee -= cpu_of_other_loops(sketch);
     return sample;
 }
 
@@ -145,6 +150,16 @@ std::string report_of(pid_t sketch, const std::string& file) {
     return text;
 }
 
+/// What the sketch said at its end, "worst N"; < 0: nothing.
+Nanoseconds worst_said(int output) {
+    std::array<char, 256> text{};
+    pollfd ready{output, POLLIN, 0};
+    if (::poll(&ready, 1, 0) <= 0 || ::read(output, text.data(), text.size() - 1) <= 0)
+        return Nanoseconds{-1};
+    const char* const said = std::strstr(text.data(), "worst ");
+    return Nanoseconds{said ? std::atol(said + 6) * 1000 : -1};
+}
+
 bool says_that_it_runs(int output) {
     pollfd ready{output, POLLIN, 0};
     char byte = 0;
@@ -182,6 +197,7 @@ EscapeRun run_escape(const std::string& program, const std::string& pattern, Nan
         run.share = (after.escapee - before.escapee) / passed;
         run.warden_share = (after.warden - before.warden) / passed;
         run.report = report_of(sketch, report);
+        run.bystander = worst_said(said.get());
     }
     end_all();
     ::unlink(report.c_str());

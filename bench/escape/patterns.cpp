@@ -1,6 +1,8 @@
 #include "bench/escape/patterns.h"
 
 #include <fcntl.h>
+#include <linux/io_uring.h>
+#include <linux/membarrier.h>
 #include <pthread.h>
 #include <sched.h>
 #include <setjmp.h>
@@ -9,18 +11,24 @@
 #include <sys/prctl.h>
 #include <sys/ptrace.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <sys/syscall.h>
+#include <sys/timerfd.h>
 #include <time.h>
 #include <unistd.h>
 
 #include <array>
+#include <atomic>
 #include <csignal>
 #include <cstdio>
 #include <cstring>
 #include <ctime>
+#include <string>
+#include <vector>
 
 #include "board/linux/budget_keeper.h"
 #include "board/linux/clock.h"
+#include "board/linux/real_time_thread.h"
 
 extern char** environ;  // NOLINT: POSIX's name
 
@@ -276,6 +284,253 @@ void stop_the_process(Board&) {
     }
 }
 
+/// A helper that wakes the process.
+void start_waker() {
+    const pid_t parent = ::getpid();
+    if (::fork() != 0) return;
+    ::prctl(PR_SET_NAME, "waker");
+    ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+    while (::getppid() == parent) {
+        nap(1ms);
+        ::kill(parent, SIGCONT);
+    }
+    ::_exit(0);
+}
+
+// ---- the kernel, and others, for it
+// ---------------------------------------------------------------
+
+pid_t warden_near() {
+    for (pid_t near = ::getpid() + 1; near < ::getpid() + 200; ++near) {
+        if (is_our_warden(near)) return near;
+    }
+    return 0;
+}
+
+[[noreturn]] void spin_beyond_its_budget() {
+    mask(SIG_BLOCK);
+    spin();
+}
+
+/// A descriptor that belongs to the warden, with the signal that ends it.
+void kill_by_owner(Board&) {
+    int ends[2];
+    const pid_t victim = warden_near();
+    if (victim != 0 && ::pipe(ends) == 0) {
+        ::fcntl(ends[0], F_SETFL, O_ASYNC | O_NONBLOCK);
+        f_owner_ex owner{F_OWNER_PID, victim};
+        if (::fcntl(ends[0], F_SETOWN, victim) != 0) ::fcntl(ends[0], F_SETOWN_EX, &owner);
+        ::fcntl(ends[0], F_SETSIG, SIGKILL);
+        static_cast<void>(!::write(ends[1], "", 1));
+    }
+    spin_beyond_its_budget();
+}
+
+/// Where each line of /proc/PID/maps says that code is. That of the warden is this program's.
+template <typename Function>
+void for_each_code(pid_t process, const Function& function) {
+    char path[64], line[512];
+    snprintf(path, sizeof path, "/proc/%d/maps", process);
+    std::FILE* maps = std::fopen(path, "re");
+    while (maps && std::fgets(line, sizeof line, maps)) {
+        unsigned long long begin = 0, end = 0;
+        char rights[8] = {};
+        if (sscanf(line, "%llx-%llx %7s", &begin, &end, rights) == 3 && rights[2] == 'x')
+            function(begin, end);
+    }
+    if (maps) std::fclose(maps);
+}
+
+void write_over_the_warden(Board&) {
+    constexpr int kHalt = 0xF4;
+    static char junk[65536];
+    memset(junk, kHalt, sizeof junk);
+    char path[64];
+    const pid_t victim = warden_near();
+    snprintf(path, sizeof path, "/proc/%d/mem", victim);
+    if (const int memory = victim != 0 ? ::open(path, O_RDWR) : -1; memory >= 0) {
+        for_each_code(::getpid(), [&](unsigned long long begin, unsigned long long end) {
+            for (unsigned long long at = begin; at < end; at += sizeof junk)
+                static_cast<void>(!::pwrite64(memory, junk, sizeof junk, static_cast<off64_t>(at)));
+        });
+    }
+    spin_beyond_its_budget();
+}
+
+bool write_word(const char* path, const char* word) {
+    const int file = ::open(path, O_WRONLY);
+    if (file < 0) return false;
+    const bool written = ::write(file, word, strlen(word)) > 0;
+    ::close(file);
+    return written;
+}
+
+void first_to_die(Board&) {
+    char path[64];
+    snprintf(path, sizeof path, "/proc/%d/oom_score_adj", warden_near());
+    write_word(path, "1000");
+    spin_beyond_its_budget();
+}
+
+/// By a control group of its own, of either version.
+void freeze_the_warden(Board&) {
+    char number[16];
+    snprintf(number, sizeof number, "%d", warden_near());
+    for (const char* root : {"/sys/fs/cgroup/freezer/", "/sys/fs/cgroup/unified/", "/sys/fs/cgroup/"}) {
+        const std::string folder = root + std::string{"qduino-escape"};
+        if (::mkdir(folder.c_str(), 0700) != 0) continue;
+        const bool moved = number[0] != '0' && write_word((folder + "/cgroup.procs").c_str(), number);
+        if (moved && !write_word((folder + "/cgroup.freeze").c_str(), "1"))
+            write_word((folder + "/freezer.state").c_str(), "FROZEN");
+        if (!moved) ::rmdir(folder.c_str());
+        break;
+    }
+    spin_beyond_its_budget();
+}
+
+void polling_ring(Board&) {
+    io_uring_params parameters{};
+    parameters.flags = IORING_SETUP_SQPOLL;
+    parameters.sq_thread_idle = 60'000;
+    ::syscall(SYS_io_uring_setup, 4, &parameters);
+    spin_beyond_its_budget();
+}
+
+void faults_that_others_serve(Board&) {
+    ::syscall(SYS_userfaultfd, O_CLOEXEC);
+    spin_beyond_its_budget();
+}
+
+void barriers_on_all_cores(Board&) {
+    ::syscall(SYS_membarrier, MEMBARRIER_CMD_REGISTER_PRIVATE_EXPEDITED, 0, 0);
+    for (;;) ::syscall(SYS_membarrier, MEMBARRIER_CMD_PRIVATE_EXPEDITED, 0, 0);
+}
+
+// ---- threads and processes of setup() -----------------------------------------------------------
+
+std::atomic<bool> g_begun{false};
+
+void stay_on_the_last_core() {
+    cpu_set_t last;
+    CPU_ZERO(&last);
+    CPU_SET(static_cast<std::size_t>(board::linux::cpu_count() - 1), &last);
+    ::sched_setaffinity(0, sizeof last, &last);
+}
+
+void wait_until_begun() {
+    while (!g_begun) nap(1ms);
+}
+
+void start_thread(void* (*main)(void*)) {
+    pthread_t thread{};
+    ::pthread_create(&thread, nullptr, main, nullptr);
+}
+
+pthread_mutex_t g_lent;
+
+void* hold_the_lock(void*) {
+    ::prctl(PR_SET_NAME, "pi-holder");
+    stay_on_the_last_core();
+    wait_until_begun();
+    for (;;) {
+        ::pthread_mutex_lock(&g_lent);
+        spin_for(300ms);
+        ::pthread_mutex_unlock(&g_lent);
+        nap(200us);
+    }
+}
+
+void prepare_lock() {
+    pthread_mutexattr_t inherits{};
+    ::pthread_mutexattr_init(&inherits);
+    ::pthread_mutexattr_setprotocol(&inherits, PTHREAD_PRIO_INHERIT);
+    ::pthread_mutex_init(&g_lent, &inherits);
+    start_thread(hold_the_lock);
+}
+
+void lend_its_priority(Board& board) {
+    g_begun = true;
+    for (Instant release = board.now(); !board.stop_requested(); release += 10ms) {
+        ::pthread_mutex_lock(&g_lent);
+        ::pthread_mutex_unlock(&g_lent);
+        board.sleep_until(release);
+    }
+}
+
+/// In front of everybody for a moment, and an ordinary one when somebody looks.
+void take_turns_at_the_top() {
+    const sched_param highest{98}, ordinary{};
+    for (;;) {
+        ::sched_setscheduler(0, SCHED_FIFO, &highest);
+        spin_for(150ms);
+        ::sched_setscheduler(0, SCHED_OTHER, &ordinary);
+        nap(2ms);
+    }
+}
+
+void* usurp(void*) {
+    ::prctl(PR_SET_NAME, "usurper");
+    stay_on_the_last_core();
+    wait_until_begun();
+    take_turns_at_the_top();
+    return nullptr;
+}
+
+void prepare_usurper() { start_thread(usurp); }
+
+/// It has no budget to keep to; the loop itself takes next to nothing.
+void wait_for_the_others(Board& board) {
+    g_begun = true;
+    for (Instant release = board.now(); !board.stop_requested(); release += 10ms) board.sleep_until(release);
+}
+
+void prepare_child() {
+    if (::fork() != 0) return;
+    ::prctl(PR_SET_NAME, "ranked-child");
+    ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+    stay_on_the_last_core();
+    nap(1s);  // by then the loops run
+    take_turns_at_the_top();
+}
+
+std::vector<int> g_timers;
+
+void prepare_timers() {
+    rlimit files{};
+    ::getrlimit(RLIMIT_NOFILE, &files);
+    files.rlim_cur = files.rlim_max;
+    ::setrlimit(RLIMIT_NOFILE, &files);
+    constexpr std::size_t kMost = 19'900;
+    while (g_timers.size() < kMost) {
+        const int timer = ::timerfd_create(CLOCK_MONOTONIC, TFD_NONBLOCK);
+        if (timer < 0) break;
+        g_timers.push_back(timer);
+    }
+}
+
+/// All run out at one instant, twice a second.
+void timer_storm(Board& board) {
+    for (Instant release = board.now(); !board.stop_requested(); release += 500ms) {
+        itimerspec when{};
+        when.it_value = board::linux::to_timespec(to_ns(release + 500ms));
+        for (const int timer : g_timers) ::timerfd_settime(timer, TFD_TIMER_ABSTIME, &when, nullptr);
+        board.sleep_until(release);
+    }
+}
+
+void* shoot(void*) {
+    ::prctl(PR_SET_NAME, "shooter");
+    wait_until_begun();
+    void* page = ::mmap(nullptr, 4096, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    for (;;) {
+        *static_cast<volatile char*>(page) = 1;
+        ::mprotect(page, 4096, PROT_READ);
+        ::mprotect(page, 4096, PROT_READ | PROT_WRITE);
+    }
+}
+
+void prepare_shooter() { start_thread(shoot); }
+
 constexpr std::array kPatterns{
     EscapePattern{"blocked_signals", "blocks its signals", block_signals},
     EscapePattern{"blocked_now_and_then", "blocks them for 5 ms, rests for 5 ms", block_now_and_then},
@@ -298,23 +553,26 @@ constexpr std::array kPatterns{
     EscapePattern{"long_system_calls", "reads 256 MB of zeros at a time", long_system_calls},
     EscapePattern{"page_faults", "touches new memory", page_faults},
     EscapePattern{"lowered_limits", "takes its process's right to priorities", lower_limits},
-    EscapePattern{"stops_itself", "stops its process, is continued", stop_the_process},
+    EscapePattern{"stops_itself", "stops its process, is continued", stop_the_process, start_waker},
+    EscapePattern{"descriptor_owner", "has a descriptor kill the warden", kill_by_owner},
+    EscapePattern{"written_over", "writes over the warden's code", write_over_the_warden},
+    EscapePattern{"first_to_die", "offers the warden to a lack of memory", first_to_die},
+    EscapePattern{"frozen_warden", "freezes the warden by a control group", freeze_the_warden},
+    EscapePattern{"polling_ring", "has a ring of the kernel's poll for it", polling_ring},
+    EscapePattern{"user_faults", "has its page faults served by others", faults_that_others_serve},
+    EscapePattern{"barriers", "interrupts all cores", barriers_on_all_cores},
+    EscapePattern{"lent_priority", "lends its priority to setup()'s thread", lend_its_priority, prepare_lock},
+    EscapePattern{"ranked_thread", "setup()'s thread ranks itself now and then", wait_for_the_others,
+                  prepare_usurper},
+    EscapePattern{"ranked_child", "setup()'s process ranks itself now and then", wait_for_the_others,
+                  prepare_child},
+    EscapePattern{"timer_storm", "arms 19,900 timers for one instant", timer_storm, prepare_timers},
+    EscapePattern{"shootdowns", "setup()'s thread interrupts all cores", wait_for_the_others,
+                  prepare_shooter},
 };
 
 }  // namespace
 
 std::span<const EscapePattern> escape_patterns() { return kPatterns; }
-
-void start_waker() {
-    const pid_t parent = ::getpid();
-    if (::fork() != 0) return;
-    ::prctl(PR_SET_NAME, "waker");
-    ::prctl(PR_SET_PDEATHSIG, SIGKILL);
-    while (::getppid() == parent) {
-        nap(1ms);
-        ::kill(parent, SIGCONT);
-    }
-    ::_exit(0);
-}
 
 }  // namespace qduino::bench

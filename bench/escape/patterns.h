@@ -11,12 +11,10 @@ struct EscapePattern {
     const char* name;
     const char* what;            ///< a few words
     void (*run)(board::Board&);  ///< on the loop's thread; need not return
+    /// As a sketch's setup(): in the program, before the board. Null: there is none.
+    void (*prepare)() = nullptr;
 };
 
 [[nodiscard]] std::span<const EscapePattern> escape_patterns();
-
-/// For the pattern that stops its own process: a helper that wakes it. In the program, before the
-/// board.
-void start_waker();
 
 }  // namespace qduino::bench

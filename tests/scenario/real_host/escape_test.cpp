@@ -4,6 +4,7 @@
 #include <sched.h>
 #include <unistd.h>
 
+#include <map>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -53,18 +54,20 @@ TEST_P(AnEscape, GetsNoMoreThanItsBudgetAndIsNamed) {
     ASSERT_EQ(run.trouble, "");
     EXPECT_LE(run.share, kEscapeeShare + kMargin);
     const auto loops = loops_in(run);
-    ASSERT_EQ(loops.size(), 2u) << run.report;
+    ASSERT_EQ(loops.size(), 3u) << run.report;
     if (loops[0]["shortfall"].get<std::string>().find("ptrace") != std::string::npos)
         GTEST_SKIP() << "threads cannot be stopped here: " << loops[0]["shortfall"];
     EXPECT_NE(loops[0]["escape"], "") << run.report;
     EXPECT_EQ(loops[0]["budget_enforced"], false) << run.report;
     EXPECT_EQ(loops[1]["escape"], "") << run.report;
+    EXPECT_EQ(loops[2]["escape"], "") << run.report;
 }
 
 INSTANTIATE_TEST_SUITE_P(Of, AnEscape,
                          ::testing::Values("blocked_signals", "own_handler", "deleted_timers", "jump_out",
                                            "raised_priority", "another_core", "killed_warden",
-                                           "long_system_calls"),
+                                           "long_system_calls", "descriptor_owner", "written_over",
+                                           "first_to_die", "frozen_warden"),
                          [](const auto& tested) { return std::string(tested.param); });
 
 class ARefusal : public AnEscape {};
@@ -74,11 +77,30 @@ TEST_P(ARefusal, LeavesALoopThatKeepsToItsBudget) {
     ASSERT_EQ(run.trouble, "");
     EXPECT_LE(run.share, kEscapeeShare + kMargin);
     const auto loops = loops_in(run);
-    ASSERT_EQ(loops.size(), 2u) << run.report;
+    ASSERT_EQ(loops.size(), 3u) << run.report;
     EXPECT_EQ(loops[0]["escape"], "") << run.report;
 }
 
 INSTANTIATE_TEST_SUITE_P(Of, ARefusal, ::testing::Values("new_threads", "fork", "vfork_exec"),
+                         [](const auto& tested) { return std::string(tested.param); });
+
+/// setup()'s threads and processes are in nobody's budget. The report names who ran in front of
+/// loops.
+class AStranger : public AnEscape {};
+
+TEST_P(AStranger, GetsNoMoreAndIsNamed) {
+    const EscapeRun run = run_watched(GetParam());
+    ASSERT_EQ(run.trouble, "");
+    EXPECT_LE(run.share, kEscapeeShare + kMargin);
+    const auto report = nlohmann::json::parse(run.report, nullptr, false);
+    ASSERT_TRUE(report.is_object()) << run.report;
+    const std::map<std::string, std::string> names{
+        {"lent_priority", "'pi-holder'"}, {"ranked_thread", "'usurper'"}, {"ranked_child", "'ranked-child'"}};
+    EXPECT_NE(report["intruders"].get<std::string>().find(names.at(GetParam())), std::string::npos)
+        << run.report;
+}
+
+INSTANTIATE_TEST_SUITE_P(Of, AStranger, ::testing::Values("lent_priority", "ranked_thread", "ranked_child"),
                          [](const auto& tested) { return std::string(tested.param); });
 
 TEST_F(AnEscape, WithoutTheWardenIsSeenByTheJudge) {
@@ -86,7 +108,7 @@ TEST_F(AnEscape, WithoutTheWardenIsSeenByTheJudge) {
     ASSERT_EQ(run.trouble, "");
     EXPECT_GT(run.share, kEscapeeShare + kMargin);
     const auto loops = loops_in(run);
-    ASSERT_EQ(loops.size(), 2u) << run.report;
+    ASSERT_EQ(loops.size(), 3u) << run.report;
     EXPECT_EQ(loops[0]["budget_enforced"], false) << run.report;
 }
 
