@@ -9,8 +9,10 @@
 //   noInterrupts(device, core)  noTimer(core)  …      core/interrupts.h isolation of a core
 //   delayBusyNanoseconds()  delayBusyUntil()  …       core/timing.h     spins: a length, an instant
 //   RingBuffer<T, N>  Channel<T>  Mutex               core/channels.h   between loops
+//   Chain                                             core/chain.h      end to end: reaction, age
 #pragma once
 
+#include "arduino/core/chain.h"
 #include "arduino/core/channels.h"
 #include "arduino/core/interrupts.h"
 #include "arduino/core/loops.h"

@@ -84,6 +84,8 @@ class Board {
     /// given). Setup-time.
     virtual Result<void> attach_edge(PinId pin, Edge edge, EdgeHandler handler, void* context, VcpuId io);
     virtual void detach_edge(PinId pin);
+    /// When the edge came that the calling handler runs for; kForever: nobody knows.
+    [[nodiscard]] virtual Instant handler_came() const { return kForever; }
 
     // ---- buses ----------------------------------------------------------------------------------
     /// Writes `out`, then, after a repeated start, reads `in.size()` bytes. Error: timed_out when

@@ -15,9 +15,11 @@
 #include <atomic>
 #include <cstdint>
 #include <memory>
+#include <vector>
 
 #include "base/histogram.h"
 #include "base/time.h"
+#include "runtime/chain_watch.h"
 #include "runtime/profile.h"
 #include "runtime/release_clock.h"
 #include "runtime/sketch.h"
@@ -73,6 +75,7 @@ struct Loop {
     bool progress_promised = false;
     LoopStatistics statistics;
     std::unique_ptr<ExecutionProfile> profile;  ///< null: none is asked for
+    std::vector<ChainPlace> chains;             ///< where it stands in chains
 };
 
 }  // namespace qduino::runtime

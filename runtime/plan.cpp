@@ -110,7 +110,46 @@ void Plan::add_section(const sched::CriticalSection& section) {
     too_many_sections_ = too_many_sections_ || !fits;
 }
 
+void Plan::add_chain(const Chain& chain) {
+    too_many_chains_ =
+        !declared_chains_.try_push_back({.chain = chain, .bound = {}, .wrong = {}}) || too_many_chains_;
+}
+
+/// As the loops stand.
+Result<void> Plan::judge_chains(const char* change) {
+    chains_.clear();
+    for (const ChainVerdict& each : declared_chains_)
+        chains_.push_back(runtime::judge(each.chain, *admission_));
+    const auto* const broken = std::ranges::find_if_not(chains_, &ChainVerdict::holds);
+    if (broken == chains_.end() || !enforce_) return {};
+    return make_error(broken->wrong.empty() ? ErrorCode::out_of_range : ErrorCode::invalid_argument, change,
+                      *change == '\0' ? "chain " : ", chain ", in_short(*broken));
+}
+
+/// With what would help one that is refused.
+void Plan::explain_chain(sched::Explanation& out, const ChainVerdict& chain) const {
+    runtime::explain(out, chain);
+    if (chain.holds() || !chain.wrong.empty()) return;
+    bool found = false;
+    for (const sched::Vcpu& loop : admission_->placed) {
+        const Nanoseconds longest = longest_period(chain, loop.id);
+        if (longest == Nanoseconds{0}) continue;
+        if (!found) write(out, "  longest period with which it would hold, each alone:\n");
+        found = true;
+        sched::write_amount(out, vcpu_name(loop.id), longest);
+    }
+    if (!found) write(out, "  no period of one loop alone would make it hold\n");
+}
+
+Nanoseconds Plan::longest_period(const ChainVerdict& chain, board::VcpuId id) const {
+    const auto names = [id](const sched::ChainStage& stage) { return stage.vcpu == id; };
+    if (!chain.wrong.empty() || std::ranges::none_of(chain.chain.stages, names)) return Nanoseconds{0};
+    const auto scratch = std::make_unique<sched::MulticoreAdmission>(*admission_);
+    return sched::longest_period(*scratch, chain.chain.stages, chain.chain.limits, id);
+}
+
 Result<void> Plan::admit(const std::vector<sched::PlatformOverheads>& overheads) {
+    if (too_many_chains_) return make_error(ErrorCode::out_of_range, "more than ", kChainLimit, " chains");
     if (too_many_sections_)
         return make_error(ErrorCode::out_of_range, "more than ", sections_.size(),
                           " critical sections: use fewer Mutexes, or say which loops hold them (heldBy)");
@@ -119,8 +158,15 @@ Result<void> Plan::admit(const std::vector<sched::PlatformOverheads>& overheads)
     asked_.resize(admission_->loads.size());
     if (admission_->admitted) make_deferrable();
     explanation_ = sched::explain(*admission_);
-    if (admission_->admitted || !enforce_) return {};
+    if (!admission_->admitted) return enforce_ ? refuse() : Result<void>{};
+    const Result<void> kept = judge_chains("");
+    for (const ChainVerdict& chain : chains_)
+        if (!chain.holds()) explain_chain(explanation_, chain);
+    return kept;
+}
 
+/// The refusal in one line.
+Result<void> Plan::refuse() const {
     const sched::Refusal& refusal = admission_->refusal;
     const auto declared = std::ranges::find(declarations_, refusal.vcpu.id, &LoopDeclaration::id);
     const ErrorCode code = refusal.because == RefusedBecause::bad_parameters ? ErrorCode::invalid_argument
@@ -197,9 +243,17 @@ Result<void> Plan::judge(Change change, const char* name, Instant now) {
     for (sched::CoreLoad& load : loads) count_lowered(load, now);
     sched::count_remote_waits(loads);
     Result<void> judged = refusal();
+    if (judged && !declared_chains_.empty()) {
+        judge_all();
+        judged = judge_chains(name);
+    }
     if (judged) judged = note_routed_away(now);
     if (judged) judge_all();
     restore(judged ? asked_ : before_);
+    if (!judged && !declared_chains_.empty()) {
+        judge_all();
+        static_cast<void>(judge_chains(""));
+    }
     return judged;
 }
 
@@ -319,7 +373,11 @@ Nanoseconds Plan::room_for_sleep(board::VcpuId id) const {
     return room > Nanoseconds{0} ? declared + room : declared - Nanoseconds{1};
 }
 
-sched::Explanation Plan::admission_table() const { return sched::explain(*admission_); }
+sched::Explanation Plan::admission_table() const {
+    sched::Explanation out = sched::explain(*admission_);
+    for (const ChainVerdict& chain : chains_) explain_chain(out, chain);
+    return out;
+}
 
 board::VcpuId Plan::owner_of(int core) const {
     const auto owns = [core](const sched::Vcpu& vcpu) {

@@ -20,6 +20,7 @@
 // do interrupts that were routed away.
 #pragma once
 
+#include <algorithm>
 #include <memory>
 #include <span>
 #include <string>
@@ -28,6 +29,7 @@
 #include "base/fixed_vector.h"
 #include "base/result.h"
 #include "board/types.h"
+#include "runtime/chain.h"
 #include "runtime/sketch.h"
 #include "sched/explain.h"
 #include "sched/placement.h"
@@ -47,6 +49,10 @@ class Plan {
     Result<board::VcpuId> add_io(Nanoseconds budget, Nanoseconds period, int core);
     /// Beyond what the table holds nothing is added, and admit() refuses.
     void add_section(const sched::CriticalSection& section);
+
+    /// Judged with all else: a chain that does not keep its limits is a refusal. Beyond 16 none is
+    /// added, and admit() refuses.
+    void add_chain(const Chain& chain);
 
     /// Declares I/O VCPU `id` anew. Before admit().
     void redeclare_io(board::VcpuId id, sched::VcpuParameters parameters, int core);
@@ -75,6 +81,12 @@ class Plan {
     /// declares; 0: not at all. Contract: admitted.
     [[nodiscard]] Nanoseconds room_for_sleep(board::VcpuId id) const;
 
+    /// How each chain stands; none before admission, or without it.
+    [[nodiscard]] const ChainVerdicts& chains() const { return chains_; }
+    /// The longest period of the loop `id` with which `chain` keeps its limits, all else unchanged;
+    /// 0: none (sched/chain.h). Contract: the loops are admitted.
+    [[nodiscard]] Nanoseconds longest_period(const ChainVerdict& chain, board::VcpuId id) const;
+
     /// What the board is to be given, without entries and contexts, loops first.
     [[nodiscard]] std::vector<board::VcpuSpec> specs() const;
     /// The loop that has `core` for itself (budget == period, core named, nothing else there);
@@ -84,9 +96,11 @@ class Plan {
     [[nodiscard]] bool may_share(int core) const;
     /// What admit() said: the admission table, or the refusal at length.
     [[nodiscard]] const sched::Explanation& explanation() const { return explanation_; }
-    /// The admission table of every core in use, as the plan stands.
+    /// The admission table of every core in use, and the chains, as the plan stands.
     [[nodiscard]] sched::Explanation admission_table() const;
-    [[nodiscard]] bool admitted() const { return admission_->admitted; }
+    [[nodiscard]] bool admitted() const {
+        return admission_->admitted && std::ranges::all_of(chains_, &ChainVerdict::holds);
+    }
     [[nodiscard]] const sched::MulticoreAdmission& admission() const { return *admission_; }
 
   private:
@@ -110,6 +124,10 @@ class Plan {
     };
 
     void make_deferrable();
+    [[nodiscard]] Result<void> refuse() const;
+    /// Error: the first chain that does not hold.
+    [[nodiscard]] Result<void> judge_chains(const char* change);
+    void explain_chain(sched::Explanation& out, const ChainVerdict& chain) const;
     [[nodiscard]] bool fits(const sched::CoreLoad& load, bool with_promise_below);
     /// Writes the verdict on each core, as it is loaded now.
     void judge_all();
@@ -129,6 +147,8 @@ class Plan {
 
     bool enforce_;
     bool too_many_sections_ = false;
+    bool too_many_chains_ = false;
+    ChainVerdicts declared_chains_, chains_;
     std::vector<LoopDeclaration> declarations_;
     sched::CriticalSections sections_;
     std::vector<sched::Vcpu> requests_;

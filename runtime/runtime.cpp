@@ -63,8 +63,12 @@ Result<void> Runtime::begin(const SketchTable& table, void (*setup)()) {
     for (const LoopDeclaration& declaration : table.loops) loop_at(declaration.id).declaration = declaration;
     LockDeclaration::each_section(
         table, [this](const sched::CriticalSection& section) { plan_.add_section(section); });
+    ChainDeclaration::each([this](const Chain& chain) {
+        if (chain.is_declared()) add_chain(chain);
+    });
     overheads_ = overheads_of(board_, plan_);
     QDUINO_TRY(plan_.admit(overheads_));
+    watch_chains();
     begun_ = true;
     return start_loops();
 }
@@ -82,6 +86,48 @@ Result<void> Runtime::start_loops() {
         spec.context = &loop;
     }
     return board_.start(specs);
+}
+
+/// As the plan has it: with the I/O VCPU of its edge in front.
+void Runtime::add_chain(Chain chain) {
+    if (chain.has_handler()) {
+        const board::VcpuId io = chain.source == Chain::Source::edge
+                                     ? handlers_[chain.pin.number].io
+                                     : io_of_device_[static_cast<std::size_t>(chain.device)];
+        if (chain.stages.full()) {
+            chain.wrong = "more than 8 stages";
+        } else if (io == board::kNoVcpu) {
+            chain.wrong = chain.source == Chain::Source::edge
+                              ? "setup() attaches no interrupt handler to its pin"
+                              : "setup() gives its device no I/O VCPU: interruptsVcpu()";
+        } else {
+            chain.stages.insert(0, {.vcpu = io});
+        }
+    }
+    plan_.add_chain(chain);
+}
+
+void Runtime::watch_chains() {
+    for (const ChainVerdict& verdict : plan_.chains()) {
+        watches_.push_back(verdict.wrong.empty() ? std::make_unique<ChainWatch>(verdict.chain) : nullptr);
+        ChainWatch* const watch = watches_.back().get();
+        for (std::size_t k = 0; watch && k < verdict.chain.stages.size(); ++k) {
+            const board::VcpuId id = verdict.chain.stages[k].vcpu;
+            if (id <= board::kMaxLoop) {
+                loop_at(id).chains.push_back({watch, k});
+            } else if (verdict.chain.source == Chain::Source::edge) {
+                handlers_[verdict.chain.pin.number].chains.push_back({watch, k});
+            }
+        }
+    }
+}
+
+void Runtime::chains_begin(const Loop& loop, Instant now) {
+    for (const ChainPlace& place : loop.chains) place.watch->begins(place.stage, now);
+}
+
+void Runtime::chains_end(const Loop& loop, Instant now) {
+    for (const ChainPlace& place : loop.chains) place.watch->ends(place.stage, now);
 }
 
 /// Made when first named, which may be before its declaration is read (policies are set in
@@ -123,6 +169,11 @@ void Runtime::repeat(Loop& loop) {
 void Runtime::end_pass(Loop& loop) {
     if (loop.profile) loop.profile->end(board_);
     board_.note_body_end();
+    if (!loop.chains.empty()) {
+        const Instant now = board_.now();
+        chains_end(loop, now);
+        chains_begin(loop, now);
+    }
     if (loop.profile) loop.profile->begin(board_);
 }
 
@@ -138,6 +189,7 @@ void Runtime::wait_for_next_period() {
     if (!loop) return;
     if (loop->profile) loop->profile->end(board_);
     const Instant ended = board_.now();
+    chains_end(*loop, ended);
     if (!loop->progress_promised) [[unlikely]]
         promise_by_default(*loop);
     record_latency(*loop);
@@ -164,6 +216,7 @@ void Runtime::begin_release(Loop& loop, const Release& release) {
     loop.statistics.release_began_ns.raise_to(to_ns(now));
     if (!release.overrun() || loop.policy != OverrunPolicy::keep_phase) loop.statistics.releases.add(1);
     loop.slept_before = board_.slept();
+    chains_begin(loop, now);
     board_.note_release(release.nominal);
 }
 
@@ -277,7 +330,8 @@ Result<void> Runtime::attach_interrupt(board::PinId pin, board::Edge edge, void 
         .runtime = this,
         .function = handler,
         .io = io,
-        .profile = options_.profile ? std::make_unique<ExecutionProfile>(period) : nullptr};
+        .profile = options_.profile ? std::make_unique<ExecutionProfile>(period) : nullptr,
+        .chains = {}};
     return board_.attach_edge(pin, edge, &Runtime::run_handler, &handlers_[pin.number], io);
 }
 
@@ -352,9 +406,11 @@ void Runtime::run_handler(void* context) {
         board.note_progress();
         board.sleep_until(board.now() + kHeldRetry);
     }
+    for (const ChainPlace& place : handler.chains) place.watch->begins_with_edge(board.handler_came());
     if (handler.profile) handler.profile->begin(board);
     handler.function();
     if (handler.profile) handler.profile->end(board);
+    for (const ChainPlace& place : handler.chains) place.watch->ends(place.stage, board.now());
     handler.runtime->handler_runs_.fetch_add(1, std::memory_order_acq_rel);
 }
 

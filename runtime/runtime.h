@@ -16,6 +16,7 @@
 #include <atomic>
 #include <cstdint>
 #include <memory>
+#include <vector>
 
 #include "base/result.h"
 #include "board/board.h"
@@ -77,6 +78,11 @@ class Runtime {
         return pin.number < board::kPinCount ? handlers_[pin.number].profile.get() : nullptr;
     }
     [[nodiscard]] board::VcpuId handler_vcpu(board::PinId pin) const { return handlers_[pin.number].io; }
+    /// What was seen of the chain at `index` of plan().chains(); null where it has no bound. Read
+    /// it when the loops have ended.
+    [[nodiscard]] const ChainWatch* chain_watch(std::size_t index) const {
+        return index < watches_.size() ? watches_[index].get() : nullptr;
+    }
 
     // ---- called by loops ------------------------------------------------------------------------
 
@@ -123,11 +129,16 @@ class Runtime {
         void (*function)() = nullptr;
         board::VcpuId io = board::kNoVcpu;
         std::unique_ptr<ExecutionProfile> profile;
+        std::vector<ChainPlace> chains;
     };
 
     Loop& loop_at(board::VcpuId id);
     [[nodiscard]] Loop* current_loop();
     Result<void> start_loops();
+    void add_chain(Chain chain);
+    void watch_chains();
+    void chains_begin(const Loop& loop, Instant now);
+    void chains_end(const Loop& loop, Instant now);
     template <typename Change>
     Result<void> one_at_a_time(Change change);
     template <typename Undo>
@@ -156,6 +167,7 @@ class Runtime {
     bool begun_ = false;
     std::array<std::unique_ptr<Loop>, board::kMaxLoop + 1> loops_;
     std::array<Handler, board::kPinCount> handlers_{};
+    std::vector<std::unique_ptr<ChainWatch>> watches_;
     std::atomic<std::int64_t> origin_ns_{kNoOrigin};
     std::atomic<bool> handlers_held_{false};
     std::atomic<std::uint32_t> handler_runs_{0};

@@ -19,15 +19,6 @@ void to_column(Explanation& out, std::size_t column) {
     while (out.size() < line_start + column);
 }
 
-/// A line of the table of shares: `amount` ends at column 48.
-void write_amount(Explanation& out, std::string_view taker, Nanoseconds amount) {
-    constexpr std::size_t kColumn = 48;
-    const auto number = text<Phrase>(amount);
-    write(out, "    "sv, taker);
-    to_column(out, kColumn - number.size());
-    write(out, number, '\n');
-}
-
 /// Millionths as a ratio with four decimals, to the nearest.
 Phrase ratio(std::int64_t ppm) {
     const std::int64_t parts = (ppm + 50) / 100;
@@ -187,6 +178,15 @@ void write_core(Explanation& out, const Admission& admission) {
 }
 
 }  // namespace
+
+/// `amount` ends at column 48.
+void write_amount(Explanation& out, std::string_view taker, Nanoseconds amount) {
+    constexpr std::size_t kColumn = 48;
+    const auto number = text<Phrase>(amount);
+    write(out, "    "sv, taker);
+    to_column(out, kColumn - number.size());
+    write(out, number, '\n');
+}
 
 Explanation explain(const Admission& admission) {
     Explanation out;

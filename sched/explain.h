@@ -27,6 +27,8 @@ using Explanation = FixedString<8192>;
 [[nodiscard]] Explanation explain(const Admission& admission);
 /// The refusal alone. Empty when there is none.
 [[nodiscard]] Explanation explain(const Refusal& refusal, int core);
+/// A line of a table of shares: `taker`, and what it takes behind it.
+void write_amount(Explanation& out, std::string_view taker, Nanoseconds amount);
 /// Every core in use, then the refusal, if any.
 [[nodiscard]] Explanation explain(const MulticoreAdmission& computer);
 

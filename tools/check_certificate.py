@@ -20,6 +20,7 @@ Layland, JACM 1973; the bottom halves' part: Danish, Li, West, RTAS 2011).
 """
 import copy
 import json
+import math
 import sys
 from fractions import Fraction
 
@@ -260,13 +261,101 @@ class Computer:
         return total
 
 
+class Chain:
+    """The claim about one chain, from the claims about its stages (sched/chain.h has the argument).
+
+    An event waits for a period of the first stage (a bottom half begins with its edge). What a release has written when it ends is read by
+    the first release of the next loop behind that: R of the one and T of the other, or T alone on one core where the first ranks above and
+    never gives the core up. Releases are whole periods from one origin, so two of them are a multiple of the periods' gcd apart.
+    """
+
+    def __init__(self, claim, computer):
+        self.claim = claim
+        self.computer = computer
+        self.stages = claim["stages"]
+
+    def is_io(self, stage):
+        return "replenishment_ns" in stage
+
+    def period(self, stage):
+        return 0 if self.is_io(stage) else stage["pass_ns"] or self.computer.loop[stage["id"]]["period_ns"]
+
+    def ends_within(self, stage):
+        if self.is_io(stage):
+            return stage["replenishment_ns"] + stage["response_ns"]
+        return stage["pass_ns"] or self.computer.loop[stage["id"]]["response_ns"]
+
+    def is_released(self, stage):
+        return not self.is_io(stage) and not stage["pass_ns"]
+
+    def done_before(self, one, other):
+        if not (self.is_released(one) and self.is_released(other)):
+            return False
+        first, second = self.computer.loop[one["id"]], self.computer.loop[other["id"]]
+        core = self.computer.where[first["id"]]
+        return (core is self.computer.where[second["id"]] and rank(first) < rank(second) and not first["suspension_ns"]
+                and not self.computer.waits(first["id"]) and not core.last_priority(core.loops.index(first)))
+
+    def apart(self, one, other, period):
+        distance = period + (0 if self.done_before(one, other) else self.ends_within(one))
+        if not (self.is_released(one) and self.is_released(other)):
+            return distance
+        grid = math.gcd(self.period(one), self.period(other))
+        return distance // grid * grid
+
+    def faults(self):
+        name = self.claim["name"]
+        for number, stage in enumerate(self.stages):
+            if self.is_io(stage):
+                yield from self.faults_of_bottom_half(number, stage)
+            elif stage["id"] not in self.computer.loop:
+                yield "chain %s: there is no loop %d" % (name, stage["id"])
+                return
+            elif stage["pass_ns"] and not self.computer.where[stage["id"]].claim["owned"]:
+                yield "chain %s: loop %d does not own its core" % (name, stage["id"])
+        last = self.ends_within(self.stages[-1])
+        pairs = list(zip(self.stages, self.stages[1:]))
+        forward = [self.apart(one, other, self.period(other)) for one, other in pairs]
+        backward = [self.apart(one, other, self.period(one)) for one, other in pairs]
+        reaction = self.period(self.stages[0]) + sum(forward) + last
+        age = sum(max(old, new) if other["queued"] else old for old, new, (_, other) in zip(backward, forward, pairs)) + last
+        for what, claimed, least, limit in (("reaction", self.claim["reaction_ns"], reaction, self.claim["reaction_limit_ns"]),
+                                            ("age", self.claim["age_ns"], age, self.claim["age_limit_ns"])):
+            if claimed is None:
+                if not self.is_io(self.stages[0]) or limit:
+                    yield "chain %s: no %s is claimed" % (name, what)
+            elif claimed < least:
+                yield "chain %s: claimed %s = %d ns, and %d ns follow" % (name, what, claimed, least)
+            elif limit and claimed > limit:
+                yield "chain %s: %s = %d ns is beyond its limit" % (name, what, claimed)
+
+    def faults_of_bottom_half(self, number, stage):
+        """Its R, put into its own equation: its service, what ranks above its client, and the other bottom halves."""
+        name = self.claim["name"]
+        found = [(core, io) for core in self.computer.cores for io in core.ios if io["id"] == stage["id"]]
+        if number or not found or not found[0][0].loops:
+            yield "chain %s: bottom half %d cannot be there" % (name, stage["id"])
+            return
+        core, io = found[0]
+        client = io["client_period_ns"] or core.loops[0]["period_ns"]
+        above = [loop for loop in core.loops if loop["period_ns"] <= client]
+        lowest, window = max(len(above), 1) - 1, stage["response_ns"]
+        asked = (core.service(io, client) + sum(core.releases(loop, window) * core.cost(loop) for loop in above)
+                 + sum(core.io_demand(other, lowest, window) for other in core.ios if other is not io) + core.taken_by_platform(window))
+        if asked > window or stage["replenishment_ns"] < client:
+            yield "chain %s: claimed R = %d ns of bottom half %d, but up to then %d ns are asked for" % (name, window, stage["id"], asked)
+
+
 def faults_of(certificate):
     if certificate.get("certificate") != 2:
         yield "not a certificate of this version"
         return
-    for core in Computer(certificate["cores"]).cores:
+    computer = Computer(certificate["cores"])
+    for core in computer.cores:
         for fault in core.faults():
             yield "core %d: %s" % (core.claim["core"], fault)
+    for claim in certificate.get("chains", []):
+        yield from Chain(claim, computer).faults()
 
 
 # ---- its own cases ------------------------------------------------------------------------------
@@ -279,6 +368,11 @@ def loop(number, budget, period, response, **others):
 def core(loops, **others):
     return {"certificate": 2, "cores": [{"core": 0, "wait_ns": 0, "owned": False, "priorities": 32, "activation_ns": 0, "kept_ns": 0, "kept_period_ns": 0, "interferers": [],
                                          "sections": [], "ios": [], "loops": loops} | others]}
+
+
+def chain(numbers, reaction, age, queued=False, **others):
+    stages = [{"id": number, "pass_ns": 0, "queued": queued and place > 0} for place, number in enumerate(numbers)]
+    return {"name": "chain", "stages": stages, "reaction_ns": reaction, "age_ns": age, "reaction_limit_ns": 0, "age_limit_ns": 0} | others
 
 
 def self_test():
@@ -295,6 +389,18 @@ def self_test():
                            sections=[{"loop": 2, "lock": 0, "length_ns": 3}])["cores"]
     kept = core([loop(1, 50, 100, 50), loop(2, 39, 100, 99)], kept_ns=10, kept_period_ns=100)
 
+    chained = core([loop(1, 2, 10, 3), loop(2, 4, 40, 8)],
+                   ios=[{"id": 33, "budget_ns": 1, "period_ns": 10, "client_period_ns": 0}])
+    chained["cores"] += core([loop(3, 5, 20, 5)], core=1)["cores"]
+    bottom_half = {"id": 33, "pass_ns": 0, "queued": False, "response_ns": 3, "replenishment_ns": 10}
+    chained["chains"] = [
+        # T1 + D(1,2) + D(2,3) + R3. Loop 1 is done before loop 2 begins; 20 + 8 is no multiple of
+        # 20.
+        chain([1, 2, 3], 10 + 40 + 20 + 5, 10 + 40 + 5),
+        chain([2, 1], 40 + 10 + 3, 40 + 3, reaction_limit_ns=53), chain([2, 1], 53, 43, queued=True),
+        chain([3], 20 + 5, 5)]
+    chained["chains"].append(chain([3], 3 + 10 + 20 + 5, None) | {"stages": [bottom_half] + chain([3], 0, 0)["stages"]})
+
     def broken(certificate, change):
         certificate = copy.deepcopy(certificate)
         change(certificate["cores"][0])
@@ -303,7 +409,13 @@ def self_test():
     def less(number):
         return lambda c: c["loops"][number].update(response_ns=c["loops"][number]["response_ns"] - 1)
 
-    good = [golden, locks, asleep, io, owned, kept, apart]
+    def chain_of(number, **changes):
+        certificate = copy.deepcopy(chained)
+        for key, value in changes.items():
+            certificate["chains"][number][key] = value
+        return certificate
+
+    good = [golden, locks, asleep, io, owned, kept, apart, chained]
     bad = [broken(golden, less(0)), broken(golden, less(1)), broken(golden, lambda c: c["loops"][2].update(budget_ns=5)),
            broken(golden, lambda c: c["interferers"].append({"cost_ns": 15, "interval_ns": 100, "jitter_ns": 0})),
            broken(golden, lambda c: c.update(activation_ns=2)), broken(golden, lambda c: c["loops"][0].update(id=2)),
@@ -311,6 +423,10 @@ def self_test():
            broken(asleep, lambda c: c["loops"][1].update(deferrable=False)), broken(asleep, lambda c: c["loops"][1].update(suspension_ns=11)),
            broken(io, less(0)), broken(kept, lambda c: c["loops"][1].update(budget_ns=41)), broken(owned, lambda c: c["loops"].append(loop(2, 1, 10, 1))), {"certificate": 1},
            broken(apart, less(0)), broken(apart, lambda c: c["loops"][0].update(deferrable=False)),
+           chain_of(0, reaction_ns=74), chain_of(0, age_ns=54), chain_of(1, reaction_ns=52), chain_of(1, reaction_limit_ns=52),
+           chain_of(1, age_ns=None), chain_of(3, age_ns=4), chain_of(4, reaction_ns=37), chain_of(4, age_limit_ns=50),
+           chain_of(3, stages=[{"id": 9, "pass_ns": 0, "queued": False}]), chain_of(3, stages=[{"id": 3, "pass_ns": 5, "queued": False}]),
+           chain_of(4, stages=[bottom_half | {"response_ns": 2}] + chained["chains"][3]["stages"]),
            broken(apart, lambda c: c["loops"][0].update(longest_wait_ns=5)), broken(apart, lambda c: c["loops"][0].update(longest_wait_ns=0))]
     wrong = [number for number, each in enumerate(good) if list(faults_of(each))]
     missed = [number for number, each in enumerate(bad) if not list(faults_of(each))]

@@ -161,6 +161,8 @@ std::string admission_verdict(const Plan& plan, const CheckedBoard& board) {
     const sched::Refusal& refusal = plan.admission().refusal;
     std::string why;
     if (refusal.because != RefusedBecause::none) why = ": " + runtime::vcpu_name(refusal.vcpu.id);
+    const auto* const chain = std::ranges::find_if_not(plan.chains(), &runtime::ChainVerdict::holds);
+    if (chain != plan.chains().end()) why = ": chain " + std::string{chain->chain.name.view()};
     return board.sketch + " is REFUSED" + on + why + ".";
 }
 
@@ -269,12 +271,44 @@ Json refusal_json(const SketchTable& table, const sched::Refusal& refusal, int c
             {"line", declared ? Json(declared->line) : Json(nullptr)}};
 }
 
+Json duration_json(Nanoseconds duration) {
+    return duration > Nanoseconds{0} ? Json(duration.count()) : Json(nullptr);
+}
+
+Json chain_json(const Plan& plan, const runtime::ChainVerdict& verdict) {
+    const runtime::Chain& chain = verdict.chain;
+    const sched::ChainBound& bound = verdict.bound;
+    const bool known = verdict.wrong.empty();
+    Json stages = Json::array();
+    for (std::size_t k = 0; k < chain.stages.size(); ++k) {
+        const sched::ChainStage& stage = chain.stages[k];
+        stages.push_back({{"id", stage.vcpu},
+                          {"pass_ns", duration_json(stage.pass)},
+                          {"queued", stage.queued},
+                          {"reaction_step_ns", known ? Json(bound.reaction_steps[k].count()) : Json(nullptr)},
+                          {"age_step_ns", known ? Json(bound.age_steps[k].count()) : Json(nullptr)},
+                          {"longest_period_ns", duration_json(plan.longest_period(verdict, stage.vcpu))}});
+    }
+    return {{"name", chain.name.view()},
+            {"from", chain.from.view()},
+            {"to", chain.to.view()},
+            {"stages", stages},
+            {"last_ns", duration_json(bound.last)},
+            {"reaction_ns", duration_json(bound.reaction)},
+            {"reaction_limit_ns", duration_json(chain.limits.reaction)},
+            {"age_ns", known && bound.has_age ? Json(bound.age.count()) : Json(nullptr)},
+            {"age_limit_ns", duration_json(chain.limits.age)},
+            {"holds", verdict.holds()},
+            {"wrong", known ? Json(nullptr) : Json(verdict.wrong.view())}};
+}
+
 }  // namespace
 
 std::string admission_json(const Plan& plan, const SketchTable& table, const CheckedBoard& board) {
     const sched::MulticoreAdmission& admission = plan.admission();
     Json loops = Json::array(), ios = Json::array(), cores = Json::array(), overheads = Json::array(),
-         refusals = Json::array();
+         refusals = Json::array(), chains = Json::array();
+    for (const runtime::ChainVerdict& chain : plan.chains()) chains.push_back(chain_json(plan, chain));
     for (const sched::Vcpu& vcpu : admission.placed) {
         if (vcpu.is_io()) {
             ios.push_back(io_json(plan, vcpu));
@@ -302,6 +336,7 @@ std::string admission_json(const Plan& plan, const SketchTable& table, const Che
         {"cores", cores},
         {"overheads", overheads},
         {"refusals", refusals},
+        {"chains", chains},
         {"explanation", std::string(plan.explanation().view())},
     };
     return out.dump(2);

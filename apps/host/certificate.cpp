@@ -60,6 +60,26 @@ Json core_claim(const sched::CoreLoad& load, const sched::Admission& admission) 
             {"loops", loops}};
 }
 
+Json chain_claim(const runtime::ChainVerdict& verdict, const sched::MulticoreAdmission& admission) {
+    Json stages = Json::array();
+    for (const sched::ChainStage& stage : verdict.chain.stages) {
+        Json claim{{"id", stage.vcpu}, {"pass_ns", stage.pass.count()}, {"queued", stage.queued}};
+        for (const sched::Admission& core : admission.cores) {
+            const auto* const io = std::ranges::find(core.ios, stage.vcpu, &sched::IoResponse::id);
+            if (io == core.ios.end()) continue;
+            claim["response_ns"] = io->response.count();
+            claim["replenishment_ns"] = io->replenishment.count();
+        }
+        stages.push_back(claim);
+    }
+    return {{"name", verdict.chain.name.view()},
+            {"stages", stages},
+            {"reaction_ns", verdict.bound.reaction.count()},
+            {"age_ns", verdict.bound.has_age ? Json(verdict.bound.age.count()) : Json(nullptr)},
+            {"reaction_limit_ns", verdict.chain.limits.reaction.count()},
+            {"age_limit_ns", verdict.chain.limits.age.count()}};
+}
+
 }  // namespace
 
 std::string certificate_json(const runtime::Plan& plan, const std::string& sketch) {
@@ -70,7 +90,9 @@ std::string certificate_json(const runtime::Plan& plan, const std::string& sketc
         if (load.mains.empty() && load.ios.empty()) continue;
         cores.push_back(core_claim(load, admission.cores[static_cast<std::size_t>(load.core)]));
     }
-    const Json out{{"certificate", 2}, {"sketch", sketch}, {"cores", cores}};
+    Json chains = Json::array();
+    for (const runtime::ChainVerdict& chain : plan.chains()) chains.push_back(chain_claim(chain, admission));
+    const Json out{{"certificate", 2}, {"sketch", sketch}, {"cores", cores}, {"chains", chains}};
     return out.dump(2) + "\n";
 }
 

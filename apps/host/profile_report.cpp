@@ -4,6 +4,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "apps/host/chain_report.h"
 #include "apps/host/sketch_report.h"
 #include "apps/terminal/human.h"
 #include "base/text.h"
@@ -120,6 +121,7 @@ runtime::Plan plan_of(const Runtime& runtime, double margin) {
         table.loops.back().period = suggestion.period;
     }
     runtime::Plan plan{true};
+    for (const runtime::ChainVerdict& chain : runtime.plan().chains()) plan.add_chain(chain.chain);
     // The plan says itself whether it is admitted.
     static_cast<void>(plan.add_loops(table));
     for (const sched::Vcpu& vcpu : was.placed) {
@@ -208,6 +210,21 @@ Json json_of(const Loop& loop, const ProfiledRun& run, Instant begin) {
     return json;
 }
 
+/// What was seen of each chain, beside its bound.
+Json chains_json(const Runtime& runtime) {
+    Json chains = Json::array();
+    for (const ChainSeen& seen : chains_seen(runtime)) {
+        const sched::ChainBound& bound = seen.chain->bound;
+        chains.push_back({{"name", seen.chain->chain.name.view()},
+                          {"reactions", seen.count},
+                          {"reaction_ns", seen.reaction.count()},
+                          {"reaction_bound_ns", bound.reaction.count()},
+                          {"age_ns", bound.has_age ? Json(seen.age.count()) : Json(nullptr)},
+                          {"age_bound_ns", bound.has_age ? Json(bound.age.count()) : Json(nullptr)}});
+    }
+    return chains;
+}
+
 }  // namespace
 
 Nanoseconds rounded_up(Nanoseconds value) {
@@ -286,6 +303,7 @@ std::string profile_json(const Runtime& runtime, const ProfiledRun& run) {
                     {"margin", run.margin},
                     {"loops", std::move(loops)},
                     {"handlers", std::move(handlers)},
+                    {"chains", chains_json(runtime)},
                     {"admitted", plan_of(runtime, run.margin).admitted()}};
     return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }

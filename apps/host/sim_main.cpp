@@ -16,6 +16,7 @@
 #include "apps/command_line/command_line.h"
 #include "apps/host/admission_report.h"
 #include "apps/host/certificate.h"
+#include "apps/host/chain_report.h"
 #include "apps/host/chrome_trace.h"
 #include "apps/host/code_place.h"
 #include "apps/host/plan_picture.h"
@@ -175,16 +176,19 @@ int report_end(const Options& options, board::sim::SimBoard& board,
     if (picture) report += *picture;
     const Result<std::string> dump = dump_to(options, records);
     if (dump) report += *dump;
+    if (const std::string chains = apps::chain_lines(*Runtime::current()); !chains.empty())
+        report += "\n" + chains;
     apps::report_beside_sketch(report);
     if (!written) return fail("the trace could not be written");
     if (!picture) return fail(picture.error());
     if (!dump) return fail(dump.error());
     const auto spins = board.spins();
     if (const std::string notes = apps::spin_notes(spins); !notes.empty()) apps::report_beside_sketch(notes);
+    const std::string beyond = apps::chain_verdict(*Runtime::current());
     apps::say(apps::verdict(options.name + ": " + apps::spin_verdict(spins) +
                             apps::periods_kept(loops, board.now()) +
-                            apps::sleep_verdict(*Runtime::current()) + "."));
-    return 0;
+                            apps::sleep_verdict(*Runtime::current()) + beyond + "."));
+    return beyond.empty() ? 0 : 1;
 }
 
 /// The end of a sketch whose setup() has not ended: no loop has run.

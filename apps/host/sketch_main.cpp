@@ -19,6 +19,8 @@
 namespace qduino::arduino {
 [[gnu::weak]] bool interrupts_vcpu(DeviceClass device, Nanoseconds budget, Nanoseconds period, int core);
 [[gnu::weak]] void declare_section(runtime::LockDeclaration& lock, board::VcpuId loop, Nanoseconds length);
+[[gnu::weak]] void begin_chain(runtime::Chain& chain, runtime::Chain::Source source, int pin,
+                               const char* words);
 namespace freertos {
 struct Task;
 [[gnu::weak]] Task* make_task(void (*function)(void*), const char* name, std::uint32_t stack_depth,
@@ -135,7 +137,7 @@ int run_sketch(board::Board& board, const SketchOptions& options, const SketchCo
 
 bool setup_may_declare() {
     return &arduino::interrupts_vcpu != nullptr || &arduino::declare_section != nullptr ||
-           &arduino::freertos::make_task != nullptr;
+           &arduino::begin_chain != nullptr || &arduino::freertos::make_task != nullptr;
 }
 
 void settle_sketch_output() {

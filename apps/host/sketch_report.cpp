@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "apps/host/chain_report.h"
 #include "apps/terminal/human.h"
 
 namespace qduino::apps {
@@ -126,7 +127,7 @@ std::string loops_left(const std::vector<const runtime::Loop*>& loops) {
 std::string run_report(const runtime::Runtime& runtime, Instant now) {
     const std::vector<const runtime::Loop*> loops = loops_of(runtime);
     return text<std::string>(loop_table(loops), "Periods: ", periods_kept(loops, now), sleep_verdict(runtime),
-                             ".\n");
+                             chain_verdict(runtime), ".\n", chain_lines(runtime));
 }
 
 namespace {

@@ -29,7 +29,8 @@ std::string periods_kept(const std::vector<const runtime::Loop*>& loops, Instant
 /// "loop 2 never ran, loop 3 has not ended": of those that were told to end and have not.
 std::string loops_left(const std::vector<const runtime::Loop*>& loops);
 
-/// How a run went, to be said at its end: loop_table(), and a line "Periods: …" of the two above.
+/// How a run went, to be said at its end: loop_table(), a line "Periods: …" of the two above and of
+/// chain_verdict(), and chain_lines().
 std::string run_report(const runtime::Runtime& runtime, Instant now);
 
 /// What its board guarantees, with what admission promises of the bottom halves that have run, and

@@ -14,6 +14,7 @@
 #include <string>
 
 #include "apps/guarantee/guarantee_report.h"
+#include "apps/host/chain_report.h"
 #include "apps/host/sketch_report.h"
 #include "apps/metal/loader_words.h"
 #include "apps/terminal/message.h"
@@ -101,8 +102,9 @@ int run_sketch(MetalBoard& board, Runtime& runtime, double seconds) {
     const board::GuaranteeReport guarantee = guarantee_of(runtime);
     const auto loops = loops_of(runtime);
     report(text<std::string>('\n', loop_table(loops), "Periods: ", periods_kept(loops, board.now()),
-                             sleep_verdict(runtime), ".\n", handlers_kept(guarantee), charges(guarantee),
-                             guarantee_text(guarantee), about_silence()));
+                             sleep_verdict(runtime), chain_verdict(runtime), ".\n", chain_lines(runtime),
+                             handlers_kept(guarantee), charges(guarantee), guarantee_text(guarantee),
+                             about_silence()));
     return linux_side.was_silent() ? static_cast<int>(board::kEndedBySilence) : 0;
 }
 

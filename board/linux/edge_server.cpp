@@ -100,6 +100,7 @@ void EdgeServer::run_handlers(VcpuId io) {
         std::ranges::sort(burst);
         for (const Instant came : burst) {
             const Instant began = cycle_clock.now();
+            came_[io] = came;
             handler(watch.context);
             times_[io]->record(came, began, cycle_clock.now());
         }

@@ -49,6 +49,8 @@ class EdgeServer {
 
     /// How long the handlers of `io` took to come; null: it has none. Once its thread has ended.
     [[nodiscard]] const HandlerTimes* times_of(VcpuId io) const { return times_[io].get(); }
+    /// When the edge came whose handler `io` runs; kForever: nobody knows. On its own thread.
+    [[nodiscard]] Instant came(VcpuId io) const { return came_[io]; }
     /// What is not as it should be with the pins of `io`; empty: nothing.
     [[nodiscard]] const char* note_of(VcpuId io) const;
 
@@ -88,6 +90,7 @@ class EdgeServer {
     std::array<PinSet, kVcpuLimit> of_vcpu_;
     std::array<posix::UniqueFd, kVcpuLimit> bells_;
     std::array<std::unique_ptr<HandlerTimes>, kVcpuLimit> times_;
+    std::array<Instant, kVcpuLimit> came_{};  // each its VCPU's own
 };
 
 }  // namespace qduino::board::linux

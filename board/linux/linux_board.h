@@ -147,6 +147,10 @@ class LinuxBoard final : public Board {
     /// Error: unsupported (not booted with nohz_full for this core); for `enabled` on such a core
     /// as well.
     Result<void> core_timer(int core, bool enabled) override { return cores_.core_timer(core, enabled); }
+    [[nodiscard]] Instant handler_came() const override {
+        const VcpuId io = current_vcpu();
+        return io >= kFirstIoVcpu ? edges_.came(io) : kForever;
+    }
     [[nodiscard]] Nanoseconds slept() const override {
         const VcpuThread* const self = VcpuThread::current();
         return self ? self->slept() : Nanoseconds{0};

@@ -114,6 +114,11 @@ void MetalBoard::sleep_until(Instant t) {
 
 // ---- VCPUs --------------------------------------------------------------------------------------
 
+Instant MetalBoard::handler_came() const {
+    const Thread* const self = this_core().running();
+    return self ? self->came : kForever;
+}
+
 Nanoseconds MetalBoard::slept() const {
     const Thread* const self = this_core().running();
     return self ? self->slept : Nanoseconds{0};

@@ -69,6 +69,7 @@ class MetalBoard final : public Board {
     // ---- VCPUs ----------------------------------------------------------------------------------
     [[nodiscard]] int core_count() const override { return metal::core_count(); }
     [[nodiscard]] VcpuId current_vcpu() const override { return running_vcpu(); }
+    [[nodiscard]] Instant handler_came() const override;
     [[nodiscard]] Nanoseconds slept() const override;
     [[nodiscard]] Nanoseconds cpu_time() override;
     Result<void> start(std::span<const VcpuSpec> specs) override;

@@ -126,6 +126,7 @@ void EventLoop::serve(Vcpu& io) {
         const Work work = io.queue->pop();
         if (!stop_requested_) {
             const Instant began = now_;
+            io.came = work.came;
             consume(work.cost);
             if (work.handler) work.handler(work.context);
             if (!work.waits) io.times.record(work.came, began, now_);

@@ -96,6 +96,9 @@ class SimBoard final : public SimPins {
     /// A body that let no time pass since it last returned is charged SimConfig::body_cost.
     void note_body_end() override { loop_.note_body_end(); }
 
+    [[nodiscard]] Instant handler_came() const override {
+        return loop_.current() ? loop_.current()->came : kForever;
+    }
     [[nodiscard]] Nanoseconds slept() const override {
         return loop_.current() ? loop_.current()->slept : Nanoseconds{0};
     }

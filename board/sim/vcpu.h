@@ -79,6 +79,7 @@ struct Vcpu {
     bool throttled = false;               ///< ready, without budget; for the trace
     bool has_fault = false;               ///< SimConfig::loop_faults names it
     std::unique_ptr<WorkQueue> queue;     ///< I/O VCPUs that serve handlers
+    Instant came = kForever;              ///< when what it serves now was given to it
     HandlerTimes times;                   ///< of what came from edges and interrupts
 
     /// The code of this VCPU goes on at the earliest, if it has the CPU from `now` on.

@@ -41,6 +41,7 @@ void serve_work(Thread& self, const std::atomic<bool>& ended) {
         Work work;
         if (self.queue.try_pop(work)) {
             const Instant began = machine_clock.now();
+            self.came = work.came;
             work.handler(work.context);
             self.times.record(work.came, began, machine_clock.now());
             continue;

@@ -60,6 +60,7 @@ struct Thread {
     // An I/O VCPU's:
     std::atomic<bool> serving{false};  ///< takes work
     WorkQueue queue;
+    Instant came = kForever;  ///< when what it serves now was given to it
     HandlerTimes times;
     std::atomic<std::uint64_t> lost{0};  ///< handlers that found the queue full
     /// What change_io() gave it last. Under change_lock.

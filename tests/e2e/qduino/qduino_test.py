@@ -24,6 +24,16 @@ void loop(3, 4, 10, 0) { abort(); }
 ONE_TOO_MANY = "void loop(4, 10001us, 100ms, 0) { abort(); }\n"
 
 
+# A chain over two cores: 10 ms until loop 1 begins, 40 until loop 2 does, 3 until it ends.
+STOP = """
+Channel<int> speed;
+Chain stop{"stop button to motor"};
+void setup() { stop.from(2).through(1).over(speed).through(2).to(9).reactsWithin(LIMIT).freshWithin(20); }
+void loop(1, 2, 10, 0) { delayBusyMicroseconds(1500); speed.write(digitalRead(2)); MORE waitForNextPeriod(); }
+void loop(2, 3, 40, 1) { delayBusyMicroseconds(2500); digitalWrite(9, speed.read()); waitForNextPeriod(); }
+"""
+
+
 class Qduino(SketchCase):
     def test_from_new_to_a_trace(self):
         self.assertEqual(self.run_qduino("new", "blinker").stdout, "blinker/blinker.ino\n")
@@ -182,6 +192,49 @@ class Qduino(SketchCase):
         # What is refused has none.
         self.run_qduino("check", self.write("no/no.ino", GOLDEN + ONE_TOO_MANY), "--certificate", "no.json", status=2)
         self.assertFalse((self.folder / "no.json").exists())
+
+    def write_stop(self, name, limit, more=""):
+        return self.write(f"{name}/{name}.ino", STOP.replace("LIMIT", limit).replace("MORE", more))
+
+    def test_a_chain_is_bounded_certified_and_measured(self):
+        sketch = self.write_stop("stop", "60ms")
+        checked = self.run_qduino("check", sketch, "--certificate", "stop.json").stdout
+        self.assertIn("chain stop button to motor:\n    pin 2 > loop 1 > loop 2 > pin 9\n  reaction 53 ms of 60 ms, age 13 ms of 20 ms\n", checked)
+        chain = json.loads(self.run_qduino("check", sketch, "--json").stdout)["chains"][0]
+        self.assertEqual([chain[key] for key in ("name", "from", "to", "reaction_ns", "age_ns", "holds", "wrong")],
+                         ["stop button to motor", "pin 2", "pin 9", 53_000_000, 13_000_000, True, None])
+        self.assertEqual([(stage["id"], stage["reaction_step_ns"]) for stage in chain["stages"]], [(1, 10_000_000), (2, 40_000_000)])
+        self.assertEqual(self.judge("stop.json"), (0, ""))
+        certificate = json.loads((self.folder / "stop.json").read_text(encoding="utf-8"))
+        certificate["chains"][0]["reaction_ns"] -= 1
+        self.write("changed.json", json.dumps(certificate))
+        self.assertEqual(self.judge("changed.json"), (1, "chain stop button to motor: claimed reaction = 52999999 ns, and 53000000 ns follow"))
+        # Loop 2 reads at 40 ms what loop 1 read at 30, and passes it on at 42.5. What changed just
+        # behind 30 comes out at 82.5.
+        seen = self.run_qduino("sim", sketch, "--for", "1").stderr
+        self.assertIn("Chain stop button to motor: reaction 52.5 ms at worst, bound 53.0 ms (23\nreactions); age 12.5 ms at worst, bound 13.0 ms.\n", seen)
+        self.run_qduino("profile", sketch, "--sim", "--for", "1", "-o", "p.json")
+        profile = json.loads((self.folder / "p.json").read_text(encoding="utf-8"))
+        self.assertEqual(profile["chains"][0]["reaction_ns"], 52_500_000)
+
+    def test_a_chain_that_is_too_long_is_refused_and_one_beyond_its_bound_is_named(self):
+        refused = self.run_qduino("check", self.write_stop("late", "50ms"), status=2).stdout
+        self.assertIn("""chain stop button to motor is refused:
+    pin 2 > loop 1 > loop 2 > pin 9
+  reaction 53 ms > 50 ms, at worst:
+    until loop 1 begins                    10 ms
+    from loop 1 to loop 2                  40 ms
+    until loop 2 ends                       3 ms
+    together                               53 ms
+  age 13 ms of 20 ms
+  longest period with which it would hold, each alone:
+    loop 1                                  5 ms
+    loop 2                                 35 ms
+""", refused)
+        self.assertIn("late is REFUSED on 2 cores: chain stop button to motor.", refused)
+        # Loop 1 does not keep what it declares: each second release is never run.
+        beyond = self.run_qduino("sim", self.write_stop("beyond", "60ms", "delay(35);"), "--for", "1", status=1).stderr
+        self.assertIn("; BEYOND ITS BOUND: chain stop button to motor.", beyond)
 
     def judge(self, name):
         """What the checker says, which shares no code with us: its status, and what does not hold."""
