@@ -41,7 +41,7 @@ struct Arguments {
 
 /// Two lines for the launcher's first screen, and the report (apps/launcher/sketch_report.h).
 /// Without the print service, which takes what fits only when the loops run: the launcher has that.
-std::string start_report(board::GuaranteeReport report) {
+std::string start_report(board::GuaranteeReport report, const runtime::Plan& plan) {
     const auto others = report.trees;
     report.trees.clear();
     for (const board::TreeGuarantee& tree : others) {
@@ -57,7 +57,10 @@ std::string start_report(board::GuaranteeReport report) {
         if (loop.id == kStepperLoop && !loop.priority_enforced)
             where = "NOT in real time: ordinary priority.";
     }
-    return text<std::string>(where, "\nsteps ", steps, ", heat ", heat, "\n\n", apps::guarantee_text(report));
+    sched::Explanation chains;
+    for (const runtime::ChainVerdict& chain : plan.chains()) runtime::explain(chains, chain);
+    return text<std::string>(where, "\nsteps ", steps, ", heat ", heat, "\n\n", apps::guarantee_text(report),
+                             chains);
 }
 
 /// For printer-port, which does the bottom half of a serial host's port.
@@ -87,7 +90,7 @@ Result<void> run(const Arguments& arguments) {
     }
     publish_port(*board, *link.get());
     const board::GuaranteeReport report = board->guarantee();
-    const std::string words = start_report(report);
+    const std::string words = start_report(report, runtime.plan());
     std::fputs(words.c_str(), stdout);
     std::fflush(stdout);
     if (!arguments.report_path.empty()) QDUINO_TRY(posix::write_file(arguments.report_path, words));

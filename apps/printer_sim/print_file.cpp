@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <new>
 
+#include "apps/host/chain_report.h"
 #include "apps/printer_sim/sim_printer.h"
 #include "apps/printer_sim/step_log.h"
 #include "posix/small_file.h"
@@ -220,6 +221,7 @@ Result<PrintResult> print_file(const PrintOptions& asked) {
     result.kept_beds = memory->kept_beds.read();
     if (record) result.observed = observed(*record, printer.now(), options.file);
     if (!options.board_name.empty()) result.board = costs_of(options, printer);
+    result.chains = chain_lines(printer.runtime());
     result.built = job.finish(printer.now(), true, memory->job_status.read().excursions);
     if (steps && !steps->close())
         return make_error(ErrorCode::unavailable, options.steps_path, ": disk full?");

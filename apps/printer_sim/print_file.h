@@ -45,6 +45,7 @@ struct PrintResult {
     printer::KeptBeds kept_beds{};     ///< … and the beds
     std::optional<Observed> observed;  ///< when it was asked for
     std::optional<BoardCosts> board;   ///< of a board file
+    std::string chains;                ///< what was seen of the sketch's chains, in lines
 
     /// The built part is the one that was asked for, and the job ran to its end.
     [[nodiscard]] bool success() const { return job_completed && built.matches; }

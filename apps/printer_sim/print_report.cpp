@@ -142,7 +142,7 @@ std::string summary(const PrintResult& result) {
     for (const std::string& remark : result.remarks) out += "  remark    " + remark + "\n";
     for (const std::string& code : result.unknown_codes) out += "  unknown   " + code + "\n";
     if (result.board) out += table(*result.board);
-    return out;
+    return out + result.chains;
 }
 
 }  // namespace qduino::apps

@@ -37,6 +37,7 @@ class SimPrinter {
 
     /// After begin().
     [[nodiscard]] const board::sim::SimBoard& board() const { return *board_; }
+    [[nodiscard]] const runtime::Runtime& runtime() const { return *runtime_; }
     [[nodiscard]] twin::Printer& twin() { return twin_; }
     [[nodiscard]] printer::link::LinkLayout& link() { return link_; }
     [[nodiscard]] const printer::MachineConfig& config() const { return config_; }

@@ -10,14 +10,14 @@
 //   batch …                            ├─► the median: what else took the core is in some of them
 //   41 batches                         ┘
 //
-// Before the first motion, on the core and the thread that will play: loop 2's. Some 10 ms. No
-// heap.
+// Before the first motion, on the core and the thread that will play: loop 2's. Some 10 ms in all.
+// A stop must not wait for that, so there is one batch in each pass of the loop. No heap.
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
 
+#include "base/fixed_vector.h"
 #include "channel/ring_buffer.h"
 #include "printer/step/player.h"
 
@@ -39,27 +39,39 @@ class MuffledPins {
     Pins& pins_;
 };
 
-/// The time of one step. Every STEP must be low and every DIR positive, as the player leaves them
-/// when it is made. By loop 2, before it plays.
-template <StepPins Pins>
-[[nodiscard]] Nanoseconds measure_step_cost(Pins& pins) {
-    constexpr int kBatches = 41;
-    constexpr int kSteps = 240;
-    channel::RingBuffer<StepEvent, 256> ring;
-    MuffledPins<Pins> muffled{pins};
-    const PlayerSettings at_once{.pulse = {}, .low = {}, .direction = {}, .late_threshold = 1us, .lead = {}};
-    Player<MuffledPins<Pins>, decltype(ring)> player{muffled, ring, at_once};
-    std::array<Nanoseconds, kBatches> batches{};
-    for (Nanoseconds& batch : batches) {
+/// By loop 2, before it plays.
+class StepCost {
+  public:
+    /// Measures one batch. Every STEP must be low and every DIR positive, as the player leaves them
+    /// when it is made. Contract: not done().
+    template <StepPins Pins>
+    void measure(Pins& pins) {
+        channel::RingBuffer<StepEvent, 256> ring;
+        MuffledPins<Pins> muffled{pins};
+        const PlayerSettings at_once{
+            .pulse = {}, .low = {}, .direction = {}, .late_threshold = 1us, .lead = {}};
+        Player<MuffledPins<Pins>, decltype(ring)> player{muffled, ring, at_once};
         for (int i = 0; i < kSteps; ++i) {
             static_cast<void>(ring.try_push({.time_ns = i, .kind = EventKind::step}));
         }
         const Instant begin = pins.now();
         player.play_until(kForever);
-        batch = (pins.now() - begin) / kSteps;
+        batches_.push_back((pins.now() - begin) / kSteps);
     }
-    std::ranges::nth_element(batches, batches.begin() + kBatches / 2);
-    return batches[kBatches / 2];
-}
+    /// Nothing is left to measure.
+    [[nodiscard]] bool done() const { return batches_.full(); }
+    /// The time of one step, by the batches so far; 0: none was measured.
+    [[nodiscard]] Nanoseconds one_step() {
+        if (batches_.empty()) return Nanoseconds{0};
+        const auto middle = static_cast<std::ptrdiff_t>(batches_.size() / 2);
+        std::ranges::nth_element(batches_, batches_.begin() + middle);
+        return batches_[batches_.size() / 2];
+    }
+
+  private:
+    static constexpr int kBatches = 41;
+    static constexpr int kSteps = 240;
+    FixedVector<Nanoseconds, kBatches> batches_;
+};
 
 }  // namespace qduino::printer::step

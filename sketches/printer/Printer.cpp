@@ -124,6 +124,7 @@ struct Printer::Parts {
     EnablePins enables;
     printer::machine::Machine machine;
     StepperPins stepper_pins;
+    printer::step::StepCost step_cost;
     printer::step::StepperLoop<StepperPins, printer::machine::StepRing, printer::machine::Stops> stepper;
 };
 
@@ -185,10 +186,16 @@ void Printer::step() {
     parts_->stepper.step();
 }
 
+/// One batch in each pass, until all are measured or something is to be played: a stop that comes
+/// meanwhile is served in time.
 void Printer::measure_steps() {
+    const auto& ring = parts_->machine.motion().ring();
+    const bool at_rest = ring.empty() && ring.popped() == 0;
+    if (at_rest) parts_->step_cost.measure(parts_->stepper_pins);
+    if (at_rest && !parts_->step_cost.done()) return;
     measures_steps_ = false;
-    const Nanoseconds cost = printer::step::measure_step_cost(parts_->stepper_pins);
-    printer_wiring().link->step_cost_ns.store(cost.count(), std::memory_order_relaxed);
+    printer_wiring().link->step_cost_ns.store(parts_->step_cost.one_step().count(),
+                                              std::memory_order_relaxed);
 }
 
 // ---- loop 3 -------------------------------------------------------------------------------------

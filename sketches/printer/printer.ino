@@ -8,16 +8,23 @@
 
 Printer printer;
 
+Chain heating{"thermistors to heaters"};
+Chain stopping{"emergency byte to pins"};
+
 void setup() {
     printer.begin();
     interruptsVcpu(I2C, 1, 100, 0);  // the thermistors' bus
     interruptsVcpu(NIC, 1, 100, 0);  // what the web brings
-    interruptsVcpu(UART, 2, 100, 0);  // a serial host's bytes: the emergency stop in them
+    const bool port = interruptsVcpu(UART, 2, 100, 0);  // a serial host's bytes
     noInterrupts(ALL, 1);  // core 1 is for the stepper pulses alone
     noTimer(1);
     promiseProgress(1, 2000);
     promiseProgress(2, 1000);
     promiseProgress(3, 1000);
+    heating.from("thermistors").through(3).to("heaters").reactsWithin(16).freshWithin(8);
+    // Loop 2 waits for no period. It looks for stops first, and is back after a millisecond, and
+    // what its wake-up takes.
+    if (port) stopping.fromDevice("uart").through(2, 2).to("heaters and motors").reactsWithin(40);
 }
 
 // G-code in, steps out, a few seconds ahead of the motors.

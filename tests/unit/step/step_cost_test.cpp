@@ -8,18 +8,26 @@
 namespace qduino::printer::step::step_cost_test {
 namespace {
 
+/// All batches, one after another.
+template <typename Pins>
+Nanoseconds measured(Pins& pins) {
+    StepCost cost;
+    while (!cost.done()) cost.measure(pins);
+    return cost.one_step();
+}
+
 TEST(StepCost, IsTheTimeOfBothEdges) {
     test::VirtualPins pins;
     pins.write_cost_ns = 300;
-    EXPECT_EQ(measure_step_cost(pins), 600ns);
+    EXPECT_EQ(measured(pins), 600ns);
     pins.write_cost_ns = 5000;
-    EXPECT_EQ(measure_step_cost(pins), 10us);
+    EXPECT_EQ(measured(pins), 10us);
 }
 
 TEST(StepCost, MovesNoMotor) {
     test::VirtualPins pins;
     pins.write_cost_ns = 100;
-    static_cast<void>(measure_step_cost(pins));
+    static_cast<void>(measured(pins));
     EXPECT_TRUE(pins.edges.empty());
 }
 
@@ -32,7 +40,17 @@ TEST(StepCost, IsTheMedianWhatElseTookTheCoreIsNoPartOfIt) {
         int count = 0;
     } pins;
     pins.write_cost_ns = 300;
-    EXPECT_EQ(measure_step_cost(pins), 600ns);
+    EXPECT_EQ(measured(pins), 600ns);
+}
+
+TEST(StepCost, WhatWasMeasuredSoFarCounts) {
+    StepCost cost;
+    EXPECT_EQ(cost.one_step(), 0ns) << "nothing was";
+    test::VirtualPins pins;
+    pins.write_cost_ns = 300;
+    cost.measure(pins);
+    EXPECT_FALSE(cost.done());
+    EXPECT_EQ(cost.one_step(), 600ns);
 }
 
 TEST(StepCost, TheLimitLeavesPartOfTheCore) {
