@@ -198,10 +198,12 @@ def at_the_edge(door, the_set, steps):
     together, then of each."""
     verdict = door.check(the_set)
     best, found = (the_set, verdict) if verdict.admitted else (None, verdict)
-    for core in (None, *range(the_set.cores)) if steps and the_set.cores > 1 else (None,):
+    together = [None] if the_set.tight is None else []
+    one_by_one = [] if the_set.cores == 1 else range(the_set.cores) if the_set.tight is None else the_set.tight
+    for core in (*together, *one_by_one) if not verdict.failed else ():
         low, high = (1.0, 2.0) if best else (0.1, 1.0)
         origin = best or the_set
-        for _ in range(steps if best or core is None else 0):
+        for _ in range(steps):
             middle = (low + high) / 2
             trial = generator.scaled(origin, middle, core)
             verdict = door.check(trial) if trial else None

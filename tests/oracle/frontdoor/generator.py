@@ -22,7 +22,10 @@ class Generator:
         return self.random.randrange(n) == 0
 
     def make(self):
-        if self.one_in(4):
+        theme = self.random.randrange(8)
+        if theme == 0:
+            self.make_theme_of_swaps()
+        elif theme == 1:
             self.make_theme_of_changes()
         else:
             self.make_mixture()
@@ -177,6 +180,23 @@ class Generator:
             for _ in range(draw.randint(2, 5)):
                 script = draw.choice(loop.scripts)
                 script.insert(draw.randint(0, len(script)), draw.choice(choices))
+
+    def make_theme_of_swaps(self):
+        """Two devices, one on each core, of about equal weight. A light loop sends the one away and then the other one there, so that a
+        release that is under way bears both; and back."""
+        draw = self.random
+        the_set = self.set = sets.Set(cores=2, tight=[0])
+        self.add_loops(0)
+        period = draw.choice(PERIODS) * MS
+        steps = max(period // 20 // the_set.step_ns, 2)
+        shortest = min((loop.period for loop in the_set.loops), default=MS)
+        for core, device in enumerate(("nic", "disk")):
+            top = min(draw.randint(300, 1000) * US, shortest // 4)
+            the_set.interrupts.append(sets.Interrupt(device, int(draw.uniform(0.8, 3) * shortest), core, top, 0, draw.randint(0, 20 * MS)))
+        away, back = [("a", "nic", 0), ("a", "disk", 1)], [("r", "disk", 1), ("r", "nic", 0)]
+        rest = [[("c", draw.randint(1, steps))] for _ in range(draw.randint(0, 3))]
+        first = [away[0], *([("c", steps)] if self.one_in(2) else []), away[1]]
+        the_set.loops.append(sets.Loop(len(the_set.loops) + 1, (steps + 1) * the_set.step_ns, period, 1, 0, [first, *rest, [*back, ("c", 1)]]))
 
     def make_theme_of_changes(self):
         """Interrupts about as far apart as releases, and a loop that sends them to and fro: what a release meets before a change and

@@ -78,6 +78,7 @@ class Set:
     interrupts: list = dataclasses.field(default_factory=list)
     away: list = dataclasses.field(default_factory=list)  # (device, core): routed away in setup()
     length: int = 1000 * MS  # of the run
+    tight: list = None  # cores that are to be loaded up to what is admitted; None: all
 
     def copy(self):
         return copy.deepcopy(self)
