@@ -20,8 +20,9 @@ class AskedObjects {
     /// Whatever `command` says of objects.
     void run(const CommandLine& command) {
         if (command.letter == 'M' && command.number == 486) return labels(command);
-        if (command.word == "EXCLUDE_OBJECT_START") begin(name_of(command));
-        if (command.word == "EXCLUDE_OBJECT_END") inside_ = false;
+        if (command.word == "EXCLUDE_OBJECT_START" || command.word == "START_CURRENT_OBJECT")
+            begin(name_of(command));
+        if (command.word == "EXCLUDE_OBJECT_END" || command.word == "END_CURRENT_OBJECT") inside_ = false;
         if (command.word == "EXCLUDE_OBJECT") exclude(command);
     }
 

@@ -58,6 +58,9 @@ constexpr CodeInfo kCodes[]{
     {{"BED_MESH_CLEAR"}, "bed mesh off", "", forget_bed},
     {{"BED_MESH_PROFILE"}, "bed mesh", "", bed_profile},
     {{"CLEAR_PAUSE"}, "forget a pause", ""},
+    // The objects' words of SuperSlicer 2.4, before Klipper had its own (Klipper3d/klipper#5599).
+    {{"DEFINE_OBJECT"}, "name an object", ""},
+    {{"END_CURRENT_OBJECT"}, "an object ends", "", object_ends},
     {{"EXCLUDE_OBJECT"}, "leave an object out", "", exclude_object, printing},
     {{"EXCLUDE_OBJECT_DEFINE"}, "name an object", ""},
     {{"EXCLUDE_OBJECT_END"}, "an object ends", "", object_ends},
@@ -86,6 +89,7 @@ constexpr CodeInfo kCodes[]{
     {{"SET_SKEW"}, "skew correction", "", set_skew},
     {{"SET_VELOCITY_LIMIT"}, "largest speed and acceleration", "", velocity_limit},
     {{"SKEW_PROFILE"}, "skew correction", ""},
+    {{"START_CURRENT_OBJECT"}, "an object begins", "", object_begins},
     {{"STATUS"}, "report", ""},
     {{"T?"}, "choose a tool", ""},
     {{"TC"}, "choose a tool", ""},
@@ -130,6 +134,8 @@ constexpr CodeInfo kCodes[]{
     {{'G', 92}, "set position", "XYZEABCUVW", set_position, strict},
     {{'G', 92, 1}, "machine coordinates", "", sure<machine_coordinates>, strict},
     {{'G', 94}, "speeds are per minute", "", sure<nothing>},
+    // Griffin's, of Ultimaker's printers: the nozzle is full behind a start, too.
+    {{'G', 280}, "prime the nozzle", "S"},
     {{'M', 0}, "stop and wait", "", stop, free_text, when_still},
     {{'M', 1}, "stop and wait", "", stop, free_text, when_still},
     {{'M', 2}, "end of the program", "", end_program, free_text},

@@ -91,6 +91,13 @@ bool is_spoiled_command(const Line& line) {
     return code.letter != '\0' && find_code(command) != nullptr;
 }
 
+/// A program's number, `O1000 (PART)`, which a controller of machine tools wants at its beginning
+/// (RS-274, ISO 6983).
+bool is_program_number(const Line& line) {
+    const LeadingCode code = leading_code(trim(line.text));
+    return code.letter == 'O';
+}
+
 }  // namespace
 
 Content look_at_content(std::span<const char> bytes, const MachineConfig& machine) {
@@ -103,11 +110,14 @@ Content look_at_content(std::span<const char> bytes, const MachineConfig& machin
     if (text.find_first_not_of(" \t\r\n\v\f") == std::string_view::npos) return Content::empty;
     int speak_for_it = 0;  // commands in the table, and lines that are a `;` comment
     int speak_against = 0;
+    bool is_for_a_tool = false;
     const auto count = [&](const Line& line) {
         const bool comment = line.command == nullptr && !line.comment.empty();
         const bool known = line.command != nullptr && is_known(*line.command, machine);
         if (line.command != nullptr && !known && may_be_macro(*line.command)) return;
-        if (line.error && is_spoiled_command(line)) return;
+        const bool spoiled = line.error && is_spoiled_command(line);
+        is_for_a_tool = is_for_a_tool || spoiled || is_program_number(line);
+        if (spoiled) return;
         if (line.error || (line.command != nullptr && !known)) {
             ++speak_against;
         } else if (known || comment) {
@@ -119,7 +129,9 @@ Content look_at_content(std::span<const char> bytes, const MachineConfig& machin
     // The last line is cut wherever the caller's buffer ended: it counts only when no other line
     // does.
     if (speak_for_it + speak_against == 0) parser.finish(count);
-    return speak_for_it > speak_against ? Content::gcode : kind_of_text(text);
+    if (speak_for_it > speak_against) return Content::gcode;
+    const Content kind = kind_of_text(text);
+    return kind == Content::other_text && is_for_a_tool ? Content::machine_tool : kind;
 }
 
 std::string_view explain(Content content) {
@@ -140,6 +152,7 @@ std::string_view explain(Content content) {
         "This is a binary file, not G-code. If it is a model, slice it first.",
         "This is a model, not G-code. Slice it first.",
         "This is a web page, not G-code: the link led to the page about the file. Download the file itself.",
+        "This is a program for a machine tool (a mill, a lathe), not for a printer. Slice the model.",
         "This is a text, but not G-code: its first lines hold no command.",
     };
     return kWords[static_cast<std::size_t>(content)];

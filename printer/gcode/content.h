@@ -21,7 +21,8 @@ enum class Content : std::uint8_t {
     binary,        ///< a picture, a binary STL …: control characters
     model,         ///< a text that is a model: STL, STEP, OBJ
     web_page,
-    other_text,  ///< text, but no line of it looks like a command or a `;` comment
+    machine_tool,  ///< for a mill or a lathe: several commands on a line, a program's number
+    other_text,    ///< text, but no line of it looks like a command or a `;` comment
 };
 
 /// Judges by the first `bytes` of a file; 4 KiB are plenty, fewer will do. A macro of `machine` is

@@ -20,6 +20,9 @@ std::string_view advice_for(ErrorCode code, std::string_view message) {
     if (message.find("more than one command") != std::string_view::npos)
         return "A printer reads one command a line. A file of a CAM program is for another machine: slice "
                "the model.";
+    if (message.find("takes no ") != std::string_view::npos)
+        return "The file is for a machine with another axis, or for another firmware: slice for this "
+               "printer.";
     if (message.find("NUL byte") != std::string_view::npos)
         return "Export the file again, and send it whole.";
     if (code != ErrorCode::out_of_range) return "Look at this line: the file may be damaged, or no G-code.";

@@ -132,10 +132,12 @@ std::string random_line(RandomGcode& random, bool objects) {
         case 20:
             return std::string(random.chance(0.5) ? "M486 P" : "M486 U") + std::to_string(random.below(3));
         case 21:
-            return std::string(random.chance(0.5) ? "EXCLUDE_OBJECT_START NAME=" : "EXCLUDE_OBJECT NAME=") +
+            return std::string(random.chance(0.5)   ? "EXCLUDE_OBJECT_START NAME="
+                               : random.chance(0.3) ? "START_CURRENT_OBJECT NAME="
+                                                    : "EXCLUDE_OBJECT NAME=") +
                    random_name(random);
         case 22:
-            return "EXCLUDE_OBJECT_END";
+            return random.chance(0.8) ? "EXCLUDE_OBJECT_END" : "END_CURRENT_OBJECT";
         case 23:
             return "G1 E" + random.number(-8, 20, 4);
         case 24:

@@ -29,6 +29,7 @@ A number may have an exponent (`F1.2e+3`, `E8.5e-05`): an `E` behind a digit, wi
 
 - A job must home each axis before it moves it, and wait for the hot end before it moves filament. Else it is refused. An axis whose motors went off
   (`M84`) has to be homed again.
+- A move that a person types is refused like a jog: `home first`, before its axes have been homed. A serial host's is made, with a remark.
 - `M109` and `M190` without a temperature wait for the target in force.
 - `F600` alone is the speed of the moves that follow. `S` alone is the speed of a spindle, and nothing here.
 - `M2` and `M30` end the program: what stands behind is not carried out, which is remarked. `M30` with a name is Marlin's: delete that file.

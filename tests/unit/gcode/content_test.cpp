@@ -56,14 +56,18 @@ TEST(Content, KnowsWhatIsNot) {
 /// Preflight says which of its lines this printer does not do.
 TEST(Content, AFileForAMachineToolIsGcode) {
     EXPECT_EQ(look("%\n(PART)\nG21 G90 G94\nG54\nT0 M6\nS5000 M3\nG0 X42.0 Y22.0\n"), Content::gcode);
-    EXPECT_EQ(look("G21 G90\nG17 G40\n"), Content::other_text) << "nothing speaks for it";
+    EXPECT_EQ(look("G21 G90\nG17 G40\n"), Content::machine_tool) << "nothing speaks for it";
+    EXPECT_EQ(look("%\nO1000 (PART)\nG21 G90 G94\nG54\nT1 M6\nS5000 M3\nG0 X0 Y0\n"), Content::machine_tool);
+    EXPECT_EQ(look("O1000\n"), Content::machine_tool);
+    EXPECT_EQ(look("Once upon a time\n"), Content::other_text);
+    EXPECT_EQ(look("<html>\nG21 G90\n</html>\n"), Content::web_page);
 }
 
 TEST(Content, EveryRefusalSaysWhatToDo) {
     EXPECT_TRUE(explain(Content::gcode).empty());
-    for (const Content content :
-         {Content::empty, Content::binary_gcode, Content::archive, Content::packed, Content::utf16,
-          Content::cut_off, Content::binary, Content::model, Content::web_page, Content::other_text}) {
+    for (const Content content : {Content::empty, Content::binary_gcode, Content::archive, Content::packed,
+                                  Content::utf16, Content::cut_off, Content::binary, Content::model,
+                                  Content::web_page, Content::machine_tool, Content::other_text}) {
         EXPECT_FALSE(explain(content).empty());
     }
     EXPECT_NE(explain(Content::binary_gcode).find(".bgcode"), std::string_view::npos);

@@ -192,6 +192,11 @@ TEST(Dialect, WordsOfAStartMacro) {
         {"what was not saved",
          "RESTORE_GCODE_STATE NAME=b\n",
          {"error: line 1, RESTORE_GCODE_STATE: no state was saved as b"}},
+        {"the objects' words that SuperSlicer had first",
+         "DEFINE_OBJECT NAME=lid CENTER=50,59 POLYGON=[[44,53],[44,65]]\nEXCLUDE_OBJECT NAME=lid\n"
+         "START_CURRENT_OBJECT NAME=lid\nG1 X9\nEND_CURRENT_OBJECT NAME=lid\n"
+         "START_CURRENT_OBJECT NAME=box\nEND_CURRENT_OBJECT NAME=box\n",
+         {"not done line 1: DEFINE_OBJECT (name an object) is not done by this printer: skipped"}},
         {"names of objects are the same in any case",
          "EXCLUDE_OBJECT NAME=lid\nEXCLUDE_OBJECT_START NAME=Lid\nG1 X9\nEXCLUDE_OBJECT_END NAME=LID\n",
          {}},

@@ -343,6 +343,11 @@ TEST(AskedPath, ObjectsAreToldApartByTheirWholeNames) {
     ASSERT_EQ(items.size(), 2u);
     EXPECT_EQ(items[0].to[0], 7);
     EXPECT_EQ(items[1].to[0], 3);
+    const auto older = items_of(
+        "EXCLUDE_OBJECT NAME=a\nSTART_CURRENT_OBJECT NAME=a\nG1 X9\nEND_CURRENT_OBJECT NAME=a\n"
+        "START_CURRENT_OBJECT NAME=b\nG1 X7\nEND_CURRENT_OBJECT NAME=b\n");
+    ASSERT_EQ(older.size(), 1u);
+    EXPECT_EQ(older[0].to[0], 7);
 }
 
 double length_of(const std::vector<AskedItem>& items, Position from) {
