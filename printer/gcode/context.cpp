@@ -37,8 +37,8 @@ Result<void> Context::move_to(const Position& target, MillimetresPerSecond feedr
         drawn_when_left = state.filament_peak - state.machine[Axis::e];
     }
     if (!left_at) {
-        warn_unhomed(target);
         QDUINO_TRY(hand_on(state.machine, target, feedrate, firmware_retract));
+        warn_unhomed(target);
     } else if (firmware_retract) {
         Position to = *left_at;
         for (const Axis axis : kAllAxes) to[axis] += target[axis] - state.machine[axis];

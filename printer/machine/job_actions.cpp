@@ -14,20 +14,22 @@ using link::ReplyKind;
 
 // ---- motion -------------------------------------------------------------------------------------
 
-/// A jog beside the path needs to know where the axis is; a line of a job is warned about instead
-/// (Interpreter).
-Result<void> JobActions::check_homed_for_jog(const gcode::Move& move) const {
-    if (!parts_.pipe.away()) return {};
+/// A move by hand, by a button or by a typed line, needs to know where the axis is. A line of a job
+/// or of a serial host is warned about instead (Interpreter).
+Result<void> JobActions::check_homed_by_hand(const gcode::Move& move) const {
+    const bool away = parts_.pipe.away();
+    if (!away && speaker_ != Speaker::person) return {};
     for (const Axis axis : gcode::kToolAxes) {
         if (move.from[axis] == move.to[axis] || parts_.homing.homed(axis)) continue;
-        return make_error(ErrorCode::unavailable, kAxisLetter[axis],
-                          " has not been homed: home first (it cannot be, while a job is paused)");
+        return make_error(ErrorCode::unavailable, "home first: nobody knows where ", kAxisLetter[axis],
+                          " is before it has been homed",
+                          away ? " (it cannot be, while a job is paused)" : "");
     }
     return {};
 }
 
 Result<void> JobActions::move(const gcode::Move& move) {
-    QDUINO_TRY(check_homed_for_jog(move));
+    QDUINO_TRY(check_homed_by_hand(move));
     const double filament_mm = (move.to[Axis::e] - move.from[Axis::e]).value();
     QDUINO_TRY(parts_.heating.check_cold(filament_mm));
     motion::Correction& correction = parts_.pipe.correction();

@@ -137,7 +137,7 @@ class JobActions final : public gcode::Actions {
         return speaker_ == Speaker::person || (speaker_ == Speaker::host && parts_.link.job_running());
     }
     [[nodiscard]] bool has_been_said(std::string_view text);
-    [[nodiscard]] Result<void> check_homed_for_jog(const gcode::Move& move) const;
+    [[nodiscard]] Result<void> check_homed_by_hand(const gcode::Move& move) const;
 
     Parts parts_;
     std::optional<Request> request_;

@@ -54,6 +54,28 @@ TEST(Printer, HomesToTheSwitchesFromAnywhere) {
     EXPECT_NEAR(bench.metal().position_mm[2], 2, 0.0005);
 }
 
+TEST(Printer, ATypedMoveNeedsToKnowWhereTheAxisIsAsAJogDoes) {
+    PrinterBench bench;
+    ASSERT_TRUE(bench.begin());
+    const auto before = bench.metal().position_steps;
+    bench.type("G1 X10 F3000");
+    bench.type("G2 X5 Y5 I2 F3000");
+    bench.run(2);
+    EXPECT_EQ(bench.metal().position_steps, before);
+    EXPECT_NE(bench.replies().find("home first: nobody knows where X is before it has been homed"),
+              std::string::npos)
+        << bench.replies();
+    EXPECT_EQ(bench.replies().find("assumed"), std::string::npos) << "and nothing is assumed";
+    bench.type("G28 X");
+    ASSERT_TRUE(bench.run_until([&] { return bench.status().homed[0]; }, 60));
+    bench.type("G1 X10 F3000");
+    bench.type("G1 Y10 F3000");
+    bench.run(2);
+    EXPECT_NEAR(bench.metal().position_mm[0], 10, 0.0126) << "X is known";
+    EXPECT_EQ(bench.metal().position_steps[1], before[1]);
+    EXPECT_NE(bench.replies().find("nobody knows where Y is"), std::string::npos) << bench.replies();
+}
+
 TEST(Printer, PauseComesToRestAndResumeGoesOn) {
     PrinterBench bench;
     ASSERT_TRUE(bench.begin());

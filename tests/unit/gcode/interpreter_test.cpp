@@ -263,10 +263,10 @@ TEST(Interpreter, ARefusedHomingIsNotHomed) {
 TEST(Interpreter, UnhomedAxesWarnOnceEach) {
     Bench bench;
     EXPECT_EQ(bench.run("G1 X1 F60\nG1 X2\nG1 Y1\n"),
-              (Log{"warning line 1: X moves without having been homed (G28): its place is assumed",
-                   "travel X1 at 1", "travel X2 at 1",
-                   "warning line 3: Y moves without having been homed (G28): its place is assumed",
-                   "travel Y1 at 1"}));
+              (Log{"travel X1 at 1",
+                   "warning line 1: X moves without having been homed (G28): its place is assumed",
+                   "travel X2 at 1", "travel Y1 at 1",
+                   "warning line 3: Y moves without having been homed (G28): its place is assumed"}));
     EXPECT_EQ(bench.interpreter.warnings(), 2U);
     EXPECT_EQ(bench.run("G28\nG1 X1\n"), (Log{"home XYZ", "travel X1 at 1"}));
     // Motors off: it may be pushed by hand.
