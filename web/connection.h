@@ -47,8 +47,8 @@ struct ConnectionLimits {
     double body_rate_min = 1024;  ///< … this many bytes a second on average
     /// How long a refused body may still be sent; it is thrown away.
     Nanoseconds drain_time = std::chrono::seconds{5};
-    /// The same for who has shown the key: some clients read the answer only when they have sent all
-    /// of a large file. No pause in it is longer than drain_time.
+    /// The same for who has shown the key: some clients read the answer only when they have sent
+    /// all of a large file. No pause in it is longer than drain_time.
     Nanoseconds drain_known_time = std::chrono::seconds{60};
 };
 

@@ -41,7 +41,7 @@ bool read_number(const std::string& text, int& value) {
 /// An upload alone starts nothing: without print=true (or hold=false) the job waits, held.
 Result<spool::NewJob> wanted_by(const Upload& upload) {
     spool::NewJob wanted;
-    wanted.name = upload.name();
+    QDUINO_TRY_ASSIGN(wanted.name, name_in_folder(upload.field("path"), upload.name()));
     for (const char* name : {"print", "hold", "prologue"}) {
         const std::string& said = upload.field(name);
         if (!said.empty() && !is_true(said) && !is_false(said))
@@ -53,11 +53,6 @@ Result<spool::NewJob> wanted_by(const Upload& upload) {
     if (!read_number(upload.field("copies"), wanted.copies) ||
         !read_number(upload.field("priority"), wanted.priority)) {
         return make_error(ErrorCode::invalid_argument, "copies and priority must be whole numbers");
-    }
-    const std::string folder = upload.field("path");
-    if (folder.find("..") != std::string::npos || folder.find('\\') != std::string::npos ||
-        folder.starts_with('/')) {
-        return make_error(ErrorCode::invalid_argument, "path leads out of the job folder; leave it empty");
     }
     return wanted;
 }

@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 
+#include <algorithm>
 #include <vector>
 
 #include "posix/small_file.h"
@@ -133,14 +134,38 @@ Result<std::unique_ptr<Upload>> open_multipart(const spool::BlobStore& blobs, co
     return std::unique_ptr<Upload>{std::make_unique<MultipartUpload>(blobs, boundary)};
 }
 
+Result<std::string> name_in_folder(std::string_view folder, std::string_view name) {
+    if (folder.ends_with('/')) folder.remove_suffix(1);
+    std::string whole;
+    while (!folder.empty()) {
+        const std::size_t end = std::min(folder.find('/'), folder.size());
+        const std::string_view part = folder.substr(0, end);
+        if (!spool::check_name(part))
+            return make_error(ErrorCode::invalid_argument,
+                              "path leads out of the job folder; leave it empty");
+        whole.append(part).append(" - ");
+        if (end + 1 == folder.size())
+            return make_error(ErrorCode::invalid_argument, "path has an empty name");
+        folder.remove_prefix(std::min(end + 1, folder.size()));
+    }
+    whole += name;
+    QDUINO_TRY(spool::check_name(name));
+    QDUINO_TRY(spool::check_name(whole));
+    return whole;
+}
+
 Result<std::unique_ptr<Upload>> open_put(const spool::BlobStore& blobs, const RequestHead& head,
                                          const std::vector<std::string>& arguments) {
-    QDUINO_TRY(spool::check_name(arguments.back()));
+    const std::string_view path = arguments.back();
+    const std::size_t slash = path.rfind('/');
+    const bool in_folder = slash != std::string_view::npos;
+    QDUINO_TRY_ASSIGN(std::string name, name_in_folder(in_folder ? path.substr(0, slash + 1) : "",
+                                                       in_folder ? path.substr(slash + 1) : path));
     const bool print = trimmed(head.value("Print-After-Upload")) == "?1";
     std::map<std::string, std::string> fields{
         {"print", print ? "true" : "false"},
         {"sha256", std::string{trimmed(head.value("X-Content-SHA256"))}}};
-    return std::unique_ptr<Upload>{std::make_unique<RawUpload>(blobs, arguments.back(), std::move(fields))};
+    return std::unique_ptr<Upload>{std::make_unique<RawUpload>(blobs, std::move(name), std::move(fields))};
 }
 
 }  // namespace qduino::web

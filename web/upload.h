@@ -37,8 +37,8 @@ class Upload {
     /// corrupt (another SHA-256 than declared).
     [[nodiscard]] Result<void> finish();
 
-    /// Shows `analyzer` what take() has added to the file since the last call. A refusal comes back as
-    /// soon as it stands, whatever may follow.
+    /// Shows `analyzer` what take() has added to the file since the last call. A refusal comes back
+    /// as soon as it stands, whatever may follow.
     [[nodiscard]] std::optional<spool::Analysis> judge(spool::Analyzer& analyzer);
     /// The verdict on the whole file. Once, after finish(). Errors: as the analyzer's.
     [[nodiscard]] Result<spool::Analysis> verdict(spool::Analyzer& analyzer);
@@ -73,12 +73,18 @@ class Upload {
     std::map<std::string, std::string> fields_;
 };
 
+/// Slicers' dialogues offer a folder in front of the name. There are no folders here: it becomes a
+/// part of the name, `lids/box.gcode` → `lids - box.gcode`. Errors: invalid_argument (it leads
+/// elsewhere), and as spool::check_name().
+[[nodiscard]] Result<std::string> name_in_folder(std::string_view folder, std::string_view name);
+
 /// POST with multipart/form-data, one part of which is `file`. Errors: as boundary_of().
 [[nodiscard]] Result<std::unique_ptr<Upload>> open_multipart(const spool::BlobStore& blobs,
                                                              const RequestHead& head,
                                                              const std::vector<std::string>& arguments);
 
-/// PUT whose body is the file; its name is the last of `arguments`. Errors: as spool::check_name().
+/// PUT whose body is the file; its name, perhaps behind folders, is the last of `arguments`.
+/// Errors: as name_in_folder().
 [[nodiscard]] Result<std::unique_ptr<Upload>> open_put(const spool::BlobStore& blobs, const RequestHead& head,
                                                        const std::vector<std::string>& arguments);
 

@@ -119,12 +119,15 @@ TEST_F(SecurityTest, PathsInNamesAreRefused_CVE_2023_31059) {
         EXPECT_EQ(upload(name, "G28\n").status, 400) << name;
     }
     for (const char* target :
-         {"..%2fa.gcode", "%2e%2e%5ca.gcode", "x/../../a.gcode", "a%2Fb", "%2e%2e", "a%00b"}) {
+         {"..%2fa.gcode", "%2e%2e%5ca.gcode", "x/../../a.gcode", "a%2F..%2Fb", "%2e%2e", "a%00b"}) {
         EXPECT_EQ(request(std::string{"PUT /api/v1/jobs/"} + target, "G28\n").status, 400) << target;
         EXPECT_EQ(request(std::string{"PUT /api/v1/files/local/"} + target, "G28\n").status, 400) << target;
     }
     EXPECT_EQ(spool_->queue().size(), 0u);
     EXPECT_EQ(request("GET /api/v1/jobs/..%2f..%2fapi-key/file").status, 404);
+    // A folder is no path: it becomes words of the name.
+    ASSERT_EQ(request("PUT /api/v1/jobs/a%2Fb", "G28\n").status, 201);
+    EXPECT_EQ(spool_->queue().find(1)->name, "a - b");
 }
 
 TEST_F(SecurityTest, MultipartWithoutEndBoundaryEnds_CVE_2025_48879) {

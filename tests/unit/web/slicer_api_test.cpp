@@ -33,6 +33,30 @@ TEST_F(SlicerApiTest, OctoPrintUpload) {
     EXPECT_TRUE(spool_->queue().find(2)->hold);
 }
 
+TEST_F(SlicerApiTest, AFolderOfTheSlicersDialogueBecomesAPartOfTheName) {
+    const auto name_of = [this](spool::JobId id) { return spool_->queue().find(id)->name; };
+    ASSERT_EQ(request("PUT /api/v1/files/local/lids/large/box.gcode", "G28\n").status, 201);
+    EXPECT_EQ(name_of(1), "lids - large - box.gcode");
+    ASSERT_EQ(request("PUT /api/v1/files/local/lids%2Fbox.gcode", "G28\n").status, 201);
+    EXPECT_EQ(name_of(2), "lids - box.gcode");
+    spool::JobId id = 2;
+    for (const char* folder : {"lids", "lids/"}) {
+        ASSERT_EQ(upload("box.gcode", "G28\n", {{"path", folder}}, "/api/files/local").status, 201);
+        EXPECT_EQ(name_of(++id), "lids - box.gcode");
+    }
+    for (const char* bad : {"..", "a/../b", "a//b", "/etc", "a\\b", "a/.", "//"}) {
+        EXPECT_EQ(upload("box.gcode", "G28\n", {{"path", bad}}, "/api/files/local").status, 400) << bad;
+    }
+    for (const char* bad : {"../x.gcode", "a/../b.gcode", "a//b.gcode", "a%2F..%2Fb.gcode", "a/"})
+        EXPECT_EQ(request("PUT /api/v1/files/local/" + std::string{bad}, "G28\n").status, 400) << bad;
+    EXPECT_EQ(
+        upload(std::string(190, 'n'), "G28\n", {{"path", std::string(20, 'f')}}, "/api/files/local").status,
+        400)
+        << "too long together";
+    EXPECT_EQ(spool_->queue().size(), 4u);
+    EXPECT_EQ(files_in("incoming"), 0u);
+}
+
 TEST_F(SlicerApiTest, BooleansAreTakenInAnyCaseAndNothingElseIs) {
     spool::JobId id = 0;
     for (const char* yes : {"true", "True", "TRUE", "yes", "Y", "on", "1"}) {
