@@ -70,8 +70,8 @@ struct Facts {
 
     /// Where in `errors` the first one stands that no prologue mends.
     std::optional<std::size_t> unmendable{};
-    /// What a person is told: what a prologue leaves, or else what it would mend. Contract: there is
-    /// an error.
+    /// What a person is told: what a prologue leaves, or else what it would mend. Contract: there
+    /// is an error.
     [[nodiscard]] const Finding& first_error() const { return errors[unmendable.value_or(0)]; }
 
     /// True when this job may be printed on this machine.

@@ -47,8 +47,8 @@ class Preflight final : private gcode::NoActions {
     const Facts& finish();
     /// The facts so far.
     [[nodiscard]] const Facts& facts() const { return facts_; }
-    /// True as soon as nothing that follows can make this job fit: it is no G-code, or breaks a rule
-    /// that no prologue mends. Facts::first_error() is then what finish() would give, too.
+    /// True as soon as nothing that follows can make this job fit: it is no G-code, or breaks a
+    /// rule that no prologue mends. Facts::first_error() is then what finish() would give, too.
     [[nodiscard]] bool is_refused() const { return judged_ && facts_.unmendable.has_value(); }
 
   private:

@@ -3,8 +3,8 @@
 //
 // Input: one byte that seeds the cutting into reads, then the peer's bytes. Authentication is off,
 // so that the fuzzer need not guess a key. Properties: every answer begins as HTTP does and comes
-// when the one before is sent; memory stays bounded; nothing stays in incoming/, and nothing is there once a refusal is answered; a queued job is
-// stored whole under its own SHA-256.
+// when the one before is sent; memory stays bounded; nothing stays in incoming/, and nothing is
+// there once a refusal is answered; a queued job is stored whole under its own SHA-256.
 #include <unistd.h>
 
 #include <algorithm>
@@ -29,8 +29,8 @@ class NoLink final : public spool::LinkSource {
     void reopen() override {}
 };
 
-/// Judges by the first byte, a small letter as soon as it is there and a large one at the file's end;
-/// by an 'x', wherever it stands. The real one has a fuzz target of its own.
+/// Judges by the first byte, a small letter as soon as it is there and a large one at the file's
+/// end; and by an 'x', wherever it stands. The real one has a fuzz target of its own.
 class AnyReading final : public spool::FileReading {
   public:
     std::optional<spool::Analysis> feed(std::span<const char> bytes) override {

@@ -13,8 +13,8 @@
 
 namespace qduino::web {
 
-/// Takes any text for G-code but "not gcode", and finds the word `bad` a violation at its line. What
-/// is only `unhomed` it reads to its end, for the prologue.
+/// Takes any text for G-code but "not gcode", and finds the word `bad` a violation at its line.
+/// What is only `unhomed` it reads to its end, for the prologue.
 class TestReading final : public spool::FileReading {
   public:
     TestReading(std::filesystem::path layers, double estimated_s)
