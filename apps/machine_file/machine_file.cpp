@@ -8,6 +8,7 @@
 
 #include "apps/machine_file/machine_rules.h"
 #include "apps/toml/toml_section.h"
+#include "printer/axis_reach.h"
 #include "printer/kinematics.h"
 
 namespace qduino::apps {
@@ -294,9 +295,10 @@ void read_machine(Section& s, MachineConfig& m) {
     s.number("minimum_extrude_floor_celsius", m.minimum_extrude_floor, 0, 400);
     s.number("idle_timeout_s", m.idle_timeout, 0, 86400);
     read_dialect(s, m);
-    // Of a round bed the corner is in the air.
-    m.park.x = m.kinematics.type == KinematicsType::delta ? Millimetres{0} : m.axes[Axis::x].minimum;
-    m.park.y = m.axes[Axis::y].maximum;
+    // Of a round bed the corner is in the air. The next job homes from there.
+    const bool is_delta = m.kinematics.type == KinematicsType::delta;
+    m.park.x = is_delta ? Millimetres{0} : printer::before_the_switch(m.axes[Axis::x]).from;
+    m.park.y = is_delta ? m.axes[Axis::y].maximum : printer::before_the_switch(m.axes[Axis::y]).to;
     s.table("park", [&](Section& p) { read_park(p, m.park); });
     s.table("hot_end", [&](Section& h) { read_heater(h, m.hot_end); });
     s.table("bed", [&](Section& h) { read_heater(h, m.bed); });

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "base/text.h"
+#include "printer/axis_reach.h"
 
 namespace qduino::printer::preflight {
 namespace {
@@ -18,10 +19,11 @@ std::string default_start(const MachineConfig& machine) {
     lines += "M109 S{HOT_END}\n";
     // Of a round bed the front edge is in the air.
     if (machine.kinematics.type == KinematicsType::delta) return lines;
-    const AxisConfig &x = machine.axes[Axis::x], &y = machine.axes[Axis::y];
-    const double from_mm = std::min((x.minimum + Millimetres{kPrimeFrom_mm}).value(), x.maximum.value());
-    const double to_mm = std::min(from_mm + kPrimeLength_mm, x.maximum.value());
-    const double y_mm = std::min((y.minimum + Millimetres{kFromEdge_mm}).value(), y.maximum.value());
+    // A file of such a job may home once more.
+    const Reach x = before_the_switch(machine.axes[Axis::x]), y = before_the_switch(machine.axes[Axis::y]);
+    const double from_mm = std::min(x.from.value() + kPrimeFrom_mm, x.to.value());
+    const double to_mm = std::min(from_mm + kPrimeLength_mm, x.to.value());
+    const double y_mm = std::min(y.from.value() + kFromEdge_mm, y.to.value());
     const double filament_mm = (to_mm - from_mm) * kPrimeHeight_mm * machine.nozzle_diameter.value() * 1.5 /
                                filament_area_mm2(machine);
     write(lines, "G1 Z5 F600\nG1 X", Shortest{from_mm}, " Y", Shortest{y_mm}, " F3000\nG1 Z",

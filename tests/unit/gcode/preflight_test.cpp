@@ -256,6 +256,28 @@ TEST(Preflight, AJobWithoutAStartIsPrintedBehindAPrologue) {
     EXPECT_EQ(prologue_of(own, bare), "G28\nM109 S200 ; 60\n");
 }
 
+TEST(Preflight, APrologueDoesNotPassTheSwitches) {
+    MachineConfig machine;
+    // The switches are at 0.
+    for (const Axis axis : {Axis::x, Axis::y}) machine.axes[axis].minimum = -60_mm;
+    EXPECT_NE(prologue_of(machine, Facts{}).find("\nG1 X10 Y2 "), std::string::npos)
+        << prologue_of(machine, Facts{});
+    machine.axes[Axis::x].home_towards_minimum = false;
+    machine.axes[Axis::x].home_position = -20_mm;
+    EXPECT_NE(prologue_of(machine, Facts{}).find("\nG1 X-50 Y2 "), std::string::npos)
+        << prologue_of(machine, Facts{});
+    EXPECT_NE(prologue_of(machine, Facts{}).find("\nG1 X-20 E"), std::string::npos);
+}
+
+TEST(Preflight, WhatGriffinPrimesIsNoReasonToRefuse) {
+    const std::string griffin =
+        ";FLAVOR:Griffin\n;EXTRUDER_TRAIN.0.INITIAL_TEMPERATURE:205\nT0\nM82\nG92 E0\nM109 S205\n"
+        "G0 F15000 X9 Y6 Z2\nG280 S1\nG1 F1500 E-6.5\nG0 X20 Y20 Z0.3\nG1 E0\nG1 X40 E2 F1200\nM104 S0\n";
+    EXPECT_TRUE(read(griffin).lacks_start()) << read(griffin).first_error().message.view();
+    const MachineConfig machine;
+    EXPECT_TRUE(read(prologue_of(machine, read(griffin)) + griffin).accepted());
+}
+
 /// The byte behind which `text` is refused; npos: not before its end.
 std::size_t refused_at(const std::string& text) {
     Preflight preflight{MachineConfig{}};

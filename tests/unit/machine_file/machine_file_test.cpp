@@ -130,10 +130,18 @@ TEST(MachineFile, TheParkPlaceFollowsTheBoundsAndStaysInside) {
     EXPECT_TRUE(reference->park.enabled);
     EXPECT_EQ(reference->park.x, 0_mm);
     EXPECT_EQ(reference->park.y, 150_mm);
-    const auto moved = parse_machine("[axes.x]\nminimum_mm = -10\n[axes.y]\nmaximum_mm = 90\n", "m.toml");
+    const auto moved = parse_machine(
+        "[axes.x]\nminimum_mm = -10\nhome_position_mm = -10\n[axes.y]\nmaximum_mm = 90\n", "m.toml");
     ASSERT_TRUE(moved) << moved.error().message.view();
     EXPECT_EQ(moved->park.x, -10_mm);
     EXPECT_EQ(moved->park.y, 90_mm);
+    const auto beyond = parse_machine(
+        "[axes.x]\nminimum_mm = -10\n[axes.y]\nmaximum_mm = 90\nhome_position_mm = 80\n"
+        "home_towards_minimum = false\n",
+        "m.toml");
+    ASSERT_TRUE(beyond) << beyond.error().message.view();
+    EXPECT_EQ(beyond->park.x, 0_mm) << "the next job could not home from behind the switch";
+    EXPECT_EQ(beyond->park.y, 80_mm);
     const auto given = parse_machine(
         "[park]\nenabled = false\nx_mm = 5\nz_hop_mm = 12\nretract_mm = 0\nspeed_mm_s = "
         "40\nretract_speed_mm_s = 9\n",
