@@ -105,7 +105,6 @@ struct WardenFindings {
     std::atomic<std::uint64_t> looks;
     std::atomic<std::int64_t> beat_ns;  ///< CLOCK_MONOTONIC of its last look
     std::atomic<std::int64_t> gap_ns;   ///< the longest time between two looks
-    std::atomic<std::int64_t> late_ns;  ///< by which its own wake-ups were late, together
     /// Threads of the process that the board does not know: the most at a time.
     std::atomic<std::uint32_t> strangers;
     /// Those of them that had made themselves real-time, and were stopped for good.

@@ -238,14 +238,11 @@ class WardenProcess final : Strangers::Wards {
         for (const WatchedThread& ward : wards_) next = std::min(next, ward.next_look());
         for (const WatchedBottomHalf& each : bottom_halves_) next = std::min(next, each.next_look());
         next = std::min(next, strangers_.next_look());
-        next_look_ = std::max(next, now + kLookEvery);
-        sleep_until(next_look_);
+        sleep_until(std::max(next, now + kLookEvery));
     }
 
     /// It lives, and it looks: both in a number that only it can tell.
     void beat(Instant now) {
-        constexpr Nanoseconds kPrompt = 1ms;
-        if (now - next_look_ > kPrompt) findings_.late_ns += to_ns(now - next_look_);
         findings_.gap_ns = std::max<std::int64_t>(findings_.gap_ns, to_ns(now - last_look_));
         findings_.beat_ns = to_ns(now);
         if (task_.by) *task_.by = to_ns(now + task_.patience);
@@ -312,7 +309,6 @@ class WardenProcess final : Strangers::Wards {
     pid_t witness_ = 0;
     Instant next_sweep_{};
     Instant last_look_{};
-    Instant next_look_ = kForever;
 };
 
 }  // namespace
