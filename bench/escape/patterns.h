@@ -13,6 +13,7 @@ struct EscapePattern {
     void (*run)(board::Board&);  ///< on the loop's thread; need not return
     /// As a sketch's setup(): in the program, before the board. Null: there is none.
     void (*prepare)() = nullptr;
+    bool lends = false;  ///< its priority, to a thread that is in nobody's budget
 };
 
 [[nodiscard]] std::span<const EscapePattern> escape_patterns();
