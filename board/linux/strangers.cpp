@@ -123,8 +123,9 @@ void Strangers::look(Instant now) {
 
 void Strangers::sweep(Instant now) {
     find_new(false);
-    const auto last =
-        std::ranges::remove_if(strangers_, [](const Stranger& each) { return each.gone; }).begin();
+    // clang 14 has no std::ranges::remove_if of the other compiler's library.
+    auto* const last = std::remove_if(strangers_.begin(), strangers_.end(),
+                                      [](const Stranger& each) { return each.gone; });
     while (strangers_.end() != last) strangers_.pop_back();
     for (Stranger& stranger : strangers_) {
         look_at(stranger);

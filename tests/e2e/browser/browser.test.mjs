@@ -148,6 +148,18 @@ for (const { name, bytes, says } of BAD_FILES) {
   });
 }
 
+test('a job that brings no homing and no heating is printed with one click', async () => {
+  await drop('bare.gcode', Buffer.from(';FLAVOR:Griffin\n;EXTRUDER_TRAIN.0.INITIAL_TEMPERATURE:205\nM82\nG92 E0\nG1 Z0.3 F300\nG1 X60 Y60 F6000\nG1 X90 E2 F1200\nM104 S0\n'));
+  const row = job('upload', 'bare.gcode');
+  await row.locator('.error').waitFor();
+  assert.match(await row.locator('.error').textContent(), /before anything has homed/);
+  await row.getByTestId('home-and-heat').click();
+  await until('a finished print', () => endedAs('bare.gcode', 'done'));
+  await job('ended', 'bare.gcode').locator('.name-button').click();
+  await until('its verdict', async () => /what was built is what was asked/.test(await at('report').textContent()));
+  await bedIsClear();
+});
+
 test('a print ends inspected: what was built is what was asked', async () => {
   await drop('small.gcode', makeGcode({ layers: 5, radius: 12, spacing: 1.5, speed_mm_s: 80, estimated_min: 1 }));
   await until('a finished print', () => endedAs('small.gcode', 'done'));

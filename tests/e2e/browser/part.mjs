@@ -81,6 +81,11 @@ export function makeGcode({ layers = 20, radius = 20, spacing = 1.2, speed_mm_s 
 /** What must be refused, and how the page must say it. */
 export const BAD_FILES = [
   { name: 'too-hot.gcode', bytes: Buffer.from('G28\nM104 S999\nG1 X10 Y10 F3000\n'), says: /Line 2, M104: .*999/s },
+  // It is refused while it is still being sent.
+  {
+    name: 'large.gcode', says: /Line 202, G1: .*\bX\b.*999/s,
+    bytes: Buffer.from(`G28\n${'G1 X10 Y10 F6000 ; a line of a large file\n'.repeat(200)}G1 X999\n${'G1 X20 Y20\n'.repeat(500_000)}`),
+  },
   { name: 'outside.gcode', bytes: Buffer.from('G28\nM109 S200\nG1 Z0.3 F300\nG1 X400 Y10 E5 F3000\n'), says: /Line 4, G1: .*\bX\b/s },
   {
     name: 'picture.gcode', says: /G-code|text|PNG|binary/i,
