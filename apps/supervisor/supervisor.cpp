@@ -176,7 +176,7 @@ Hang Supervisor::find_hang_now(Instant now) {
     Hang hang = find_hang(layout, now, options_.heartbeat_timeout);
     pollfd dead{warden_.get(), POLLIN, 0};
     const bool died = warden_.valid() && layout.warden_by_ns.load() != board::kWardenLeft &&
-                      system_->poll(&dead, 1, 0) > 0 && (dead.revents & POLLIN) != 0;
+                      ::poll(&dead, 1, 0) > 0 && (dead.revents & POLLIN) != 0;
     if (died && !hang.found()) hang.kind = Hang::Kind::unwatched;
     if (hang.kind != Hang::Kind::unwatched) {
         turns_unwatched_ = 0;
