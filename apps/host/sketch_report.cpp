@@ -40,11 +40,19 @@ std::string stuck_loops(const std::vector<const runtime::Loop*>& loops, Instant 
     return out;
 }
 
-/// One whose first release never began: its core was taken all along.
-std::string loops_that_never_ran(const std::vector<const runtime::Loop*>& loops) {
+/// Those whose core was taken: one whose first release never began, and one that woke a period late
+/// or more, when the end of the run had come, so that no overrun has counted it.
+std::string starved_loops(const std::vector<const runtime::Loop*>& loops) {
     std::string out;
     for (const runtime::Loop* loop : loops) {
-        if (loop->statistics.releases.get() == 0) write(out, "; loop ", loop->declaration.id, " never ran");
+        const runtime::LoopStatistics& was = loop->statistics;
+        const Nanoseconds latency{static_cast<std::int64_t>(was.release_latency_ns.max())};
+        if (was.releases.get() == 0) {
+            write(out, "; loop ", loop->declaration.id, " never ran");
+        } else if (was.ended.get() > 0 && was.overruns.get() == 0 && latency > loop->declaration.period) {
+            write(out, "; loop ", loop->declaration.id, " began a release ", human_duration(latency),
+                  " after it was due");
+        }
     }
     return out;
 }
@@ -105,7 +113,7 @@ std::string sleep_verdict(const runtime::Runtime& runtime) {
 
 std::string periods_kept(const std::vector<const runtime::Loop*>& loops, Instant now) {
     const long long overruns = sum_of(loops, &runtime::LoopStatistics::overruns);
-    const std::string stuck = loops_that_never_ran(loops) + stuck_loops(loops, now);
+    const std::string stuck = starved_loops(loops) + stuck_loops(loops, now);
     return text<std::string>(overruns > 0     ? counted(overruns, "OVERRUN")
                              : !stuck.empty() ? "NOT every period was kept"
                                               : "every period was kept",
