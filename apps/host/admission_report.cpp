@@ -110,8 +110,8 @@ std::string overheads_text(const Plan& plan) {
         }
     }
     if (out.empty())
-        return "Overheads counted: none. A run counts those of its computer (switches, interrupts,\n"
-               "what the kernel keeps), and R is longer there. A board file can name some (--board).\n";
+        return "Overheads counted: none. A run adds its computer's (switches, interrupts, what\n"
+               "its kernel keeps), and R is longer there. A board file can name some (--board).\n";
     return "Overheads counted, from the board file:\n" + out;
 }
 

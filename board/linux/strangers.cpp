@@ -124,8 +124,8 @@ void Strangers::look(Instant now) {
 void Strangers::sweep(Instant now) {
     find_new(false);
     // clang 14 has no std::ranges::remove_if of the other compiler's library.
-    auto* const last = std::remove_if(strangers_.begin(), strangers_.end(),
-                                      [](const Stranger& each) { return each.gone; });
+    auto* const last =
+        std::remove_if(strangers_.begin(), strangers_.end(), [](const Stranger& each) { return each.gone; });
     while (strangers_.end() != last) strangers_.pop_back();
     for (Stranger& stranger : strangers_) {
         look_at(stranger);
@@ -168,7 +168,7 @@ void Strangers::look_at_children(pid_t tid) {
     ::close(list);
     while (!children.empty()) {
         const auto child = whole_number<pid_t>(next_word(children));
-        if (!child || *child == ::getpid()) continue;
+        if (!child || *child == ::getpid() || wards_->has(*child)) continue;
         const int file = open_file(text<FixedString<64>>("/proc/", *child, "/stat", '\0'));
         if (file < 0) continue;
         TaskText text_of_child;

@@ -55,7 +55,7 @@ class Strangers {
     /// What is asked of the warden.
     struct Wards {
         virtual ~Wards() = default;
-        /// A thread of the board's.
+        /// A thread of the board's, or one that it has ranked itself.
         [[nodiscard]] virtual bool has(pid_t tid) const = 0;
         /// Charges `used` to the loop that lends `priority` on `core`. kNoVcpu: there is none.
         virtual VcpuId charge(int priority, int core, Nanoseconds used) = 0;

@@ -257,7 +257,8 @@ class WardenProcess final : Strangers::Wards {
     }
 
     [[nodiscard]] bool has(pid_t tid) const override {
-        return tid == witness_ || std::ranges::find(wards_, tid, &WatchedThread::tid) != wards_.end();
+        return tid == witness_ || std::ranges::find(wards_, tid, &WatchedThread::tid) != wards_.end() ||
+               std::ranges::any_of(bottom_halves_, [tid](const auto& each) { return each.has(tid); });
     }
 
     VcpuId charge(int priority, int core, Nanoseconds used) override {

@@ -57,4 +57,8 @@ void WatchedBottomHalf::set_rank(bool has_it) {
     }
 }
 
+bool WatchedBottomHalf::has(pid_t tid) const {
+    return std::ranges::any_of(members_, [tid](const Member& each) { return each.place.tid == tid; });
+}
+
 }  // namespace qduino::board::linux

@@ -33,6 +33,8 @@ class WatchedBottomHalf {
                             WardFindings& findings);
     [[nodiscard]] Instant next_look() const { return watch_.next_look(); }
     void look(Instant now);
+    /// Thread `tid` is one of them.
+    [[nodiscard]] bool has(pid_t tid) const;
 
   private:
     struct Member {

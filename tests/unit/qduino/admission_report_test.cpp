@@ -71,8 +71,8 @@ TEST(AdmissionReport, AnAdmittedSketchIsATable) {
               "core 1: admitted, owned by loop 2: it is alone there and never throttled\n"
               "  loop 2   R 100 us of T 100 us\n"
               "\n"
-              "Overheads counted: none. A run counts those of its computer (switches, interrupts,\n"
-              "what the kernel keeps), and R is longer there. A board file can name some (--board).\n"
+              "Overheads counted: none. A run adds its computer's (switches, interrupts, what\n"
+              "its kernel keeps), and R is longer there. A board file can name some (--board).\n"
               "A sleep within a release (delay()) is in R only if it is declared. Room for it:\n"
               "  loop 1 24 ms, loop 3 5.8 ms.\n"
               "setup() was run, with nothing wired: it may declare I/O VCPUs.\n");
