@@ -181,9 +181,12 @@ test('a dropped file is printed, and the picture grows with it', async () => {
   const first = await until('a first percent', percent);
   const early = await lookAt(at('canvas'));
   await until('more percents', async () => (await percent()) > first + 1);
-  const late = await lookAt(at('canvas'));
   assert.ok(early.colours > 20, `the canvas has ${early.colours} colours: it is blank`);
-  assert.ok(late.warm > 200 && late.warm !== early.warm, `the part does not grow: ${JSON.stringify({ early, late })}`);
+  // On a busy machine the picture comes behind the figures.
+  await until('a part that grows', async () => {
+    const late = await lookAt(at('canvas'));
+    return late.warm > 200 && late.warm !== early.warm;
+  });
   assert.match(await page.title(), /^\d+ % Printing · .+ · tower\.gcode$/);
   assert.ok(Number.parseFloat(await at('hot-end').textContent()) > 150);
 });

@@ -139,7 +139,7 @@ class Qduino(SketchCase):
 
         report = json.loads(self.run_qduino("check", sketch, "--json").stdout)
         self.assertEqual(list(report), ["sketch", "admitted", "board", "setup_ran", "loops", "io", "cores", "overheads",
-                                        "refusals", "explanation"])
+                                        "refusals", "chains", "explanation"])
         self.assertEqual((report["sketch"], report["admitted"], report["setup_ran"]), ("golden", True, False))
         self.assertEqual(report["board"], {"cores": 2, "file": None})
         self.assertEqual(report["loops"][1], {

@@ -133,7 +133,11 @@ TEST(JobActions, AHeaterThatAPersonTakesFromAJobIsARequestAndItsTargetIsKept) {
 TEST(JobActions, ATypedMoveIsNoProgressOfTheJob) {
     Bench bench;
     bench.actions.set_speaker(Speaker::person);
-    ASSERT_TRUE(bench.actions.move(bench.move_x(10)).ok());
+    EXPECT_FALSE(bench.actions.move(bench.move_x(10)).ok()) << "nobody knows where X is";
+    bench.heating.set_minimum_extrude(Celsius{0});
+    gcode::Move of_filament = bench.move_x(0);
+    of_filament.to[Axis::e] = Millimetres{1};
+    ASSERT_TRUE(bench.actions.move(of_filament).ok());
     EXPECT_FALSE(bench.places->all_passed()) << "it is waited for all the same";
     bench.pass_all();
     EXPECT_EQ(bench.link.status().bytes_executed, 0u);
