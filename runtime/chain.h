@@ -81,11 +81,30 @@ class ChainDeclaration {
     static void each(Visit visit) {
         for (const ChainDeclaration* at = first_; at; at = at->next_) visit(at->chain_);
     }
+    /// The same, for a run.
+    template <typename Visit>
+    static void take_each(Visit visit) {
+        for (ChainDeclaration* at = first_; at; at = at->next_) {
+            visit(at->chain_);
+            at->taken_ = true;
+        }
+    }
+    /// A second run in one process says all of it once more: what the last one took is forgotten.
+    static void forget_taken() {
+        for (ChainDeclaration* at = first_; at; at = at->next_) {
+            if (!at->taken_) continue;
+            const Chain::Words name = at->chain_.name;
+            at->chain_ = {};
+            at->chain_.name = name;
+            at->taken_ = false;
+        }
+    }
 
   private:
     static inline ChainDeclaration* first_ = nullptr;
     ChainDeclaration* next_ = nullptr;
     Chain chain_;
+    bool taken_ = false;
 };
 
 }  // namespace qduino::runtime

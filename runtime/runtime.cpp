@@ -57,13 +57,14 @@ Result<void> Runtime::begin(const SketchTable& table, void (*setup)()) {
     QDUINO_EXPECT(!begun_);
     QDUINO_TRY(plan_.add_loops(table));  // a table that is wrong is refused before anything is done
     board_.note_setup(true);
+    ChainDeclaration::forget_taken();
     if (setup) setup();
     board_.note_setup(false);
     QDUINO_TRY(plan_.add_loops(table));  // those that setup() has made
     for (const LoopDeclaration& declaration : table.loops) loop_at(declaration.id).declaration = declaration;
     LockDeclaration::each_section(
         table, [this](const sched::CriticalSection& section) { plan_.add_section(section); });
-    ChainDeclaration::each([this](const Chain& chain) {
+    ChainDeclaration::take_each([this](const Chain& chain) {
         if (chain.is_declared()) add_chain(chain);
     });
     overheads_ = overheads_of(board_, plan_);
