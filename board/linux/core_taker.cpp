@@ -7,7 +7,6 @@
 #include <string>
 
 #include "board/linux/clock.h"
-#include "board/linux/core_promises.h"
 #include "board/linux/core_times.h"
 #include "board/linux/crew.h"
 #include "board/linux/device_interrupts.h"
@@ -108,13 +107,10 @@ void CoreTaker::probe_owned_cores() {
     }
 }
 
-/// Their promise says so. Where it cannot be read nobody is known of.
-bool CoreTaker::others_run_loops(int core) const {
-    const auto promises = PromiseRegister::open(config_.sysfs_root);
-    if (!promises) return false;
-    return std::ranges::any_of(promises->living(), [core](const Promise& promise) {
-        return promise.pid != ::getpid() && std::ranges::count(promise.vcpus, core, &sched::Vcpu::core) > 0;
-    });
+const Neighbours& CoreTaker::neighbours(int core) {
+    const auto [known, is_new] = neighbours_.try_emplace(core);
+    if (is_new) known->second = neighbours_on(core, config_.sysfs_root);
+    return known->second;
 }
 
 const Interference& CoreTaker::interference(int core) {
@@ -122,7 +118,7 @@ const Interference& CoreTaker::interference(int core) {
     auto& [memory, told] = known->second;
     if (!is_new || config_.probe_duration == Nanoseconds{0}) return told;
     memory = InterferenceMemory::read(core, config_.sysfs_root);
-    if (memory.size() == 0 || !others_run_loops(core)) {
+    if (memory.size() == 0 || !neighbours(core).loops) {
         const int count = memory.size() < kLooksAtFirst ? static_cast<int>(kLooksAtFirst) : kLooksLater;
         memory.add(look_for_interference(core, config_.priority_highest, count));
     }
@@ -254,7 +250,8 @@ LoopGuarantee CoreTaker::describe(const VcpuThread& thread) const {
 
 /// Whether more interrupts came than were counted. On a core that a loop owns nothing is counted.
 /// The alarms of the loops themselves are counted with their releases.
-void CoreTaker::compare_with_admission(const UsedCore& used, CoreGuarantee& report) const {
+void CoreTaker::compare_with_admission(const UsedCore& used, std::optional<InterruptCounts> now,
+                                       CoreGuarantee& report) const {
     const auto known = known_.find(report.core);
     if (known == known_.end() || !known->second.told.measured) return;
     const Interference& told = known->second.told;
@@ -262,7 +259,6 @@ void CoreTaker::compare_with_admission(const UsedCore& used, CoreGuarantee& repo
     report.counted_cost = told.each;
     report.counted_longest = told.counted_once().cost;
     if (report.worst_gap < told.worst) report.worst_gap = told.worst;
-    const auto now = interrupt_counts_of(used.core, config_.sysfs_root);
     const Nanoseconds running = monotonic_now() - started_at_;
     if (now && used.interrupts_at_start && running > 100ms) {
         const auto others = static_cast<double>(now->others - used.interrupts_at_start->others);
@@ -290,7 +286,7 @@ CoreGuarantee CoreTaker::describe(const UsedCore& used) const {
         report.interrupts_per_second =
             static_cast<double>(interrupts->all() - used.interrupts_at_start->all()) / to_seconds(running);
     }
-    compare_with_admission(used, report);
+    compare_with_admission(used, interrupts, report);
     if (config_.real_time && !awake_.valid())
         join(report.note, "idle cores may sleep deeply: late wake-ups (run as root)");
     if (!used.owned) return report;

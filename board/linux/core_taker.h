@@ -25,6 +25,7 @@
 #include "board/linux/interference_memory.h"
 #include "board/linux/isolation.h"
 #include "board/linux/linux_config.h"
+#include "board/linux/loop_promise.h"
 #include "board/linux/vcpu_thread.h"
 #include "board/linux/warden_pages.h"
 #include "posix/unique_fd.h"
@@ -67,6 +68,8 @@ class CoreTaker {
     /// remembered (interference_memory.h), else 0.15 s, and none beside the loops of another
     /// sketch, which the spin would delay. Not measured where probes are turned off. Setup-time.
     const Interference& interference(int core);
+    /// What other programs have been promised on `core`, as of the first call. Setup-time.
+    const Neighbours& neighbours(int core);
 
     /// What holds for the loop of `thread`, and what does not.
     [[nodiscard]] LoopGuarantee describe(const VcpuThread& thread) const;
@@ -93,8 +96,8 @@ class CoreTaker {
     void take_bottom_halves(std::span<const VcpuSpec> specs);
     void take_kernel_threads(DeviceClass device, const VcpuSpec& io, int priority);
     [[nodiscard]] CoreGuarantee describe(const UsedCore& used) const;
-    void compare_with_admission(const UsedCore& used, CoreGuarantee& report) const;
-    [[nodiscard]] bool others_run_loops(int core) const;
+    void compare_with_admission(const UsedCore& used, std::optional<InterruptCounts> now,
+                                CoreGuarantee& report) const;
     void remember_run();
 
     const LinuxConfig& config_;
@@ -106,7 +109,9 @@ class CoreTaker {
     posix::UniqueFd awake_;  // keep_cores_awake()
     FixedString<200> isolation_shortfall_;
     std::vector<UsedCore> cores_;
-    std::map<int, KnownCore> known_;  // by core, as far as admission asked
+    // By core, as far as admission asked.
+    std::map<int, KnownCore> known_;
+    std::map<int, Neighbours> neighbours_;
     Instant started_at_{};
     std::array<VcpuId, kDeviceClassCount> served_by_{};
     std::array<FixedString<160>, kDeviceClassCount> served_note_;

@@ -358,7 +358,7 @@ sched::PlatformOverheads LinuxBoard::platform_overheads(int core) {
             overheads.add(interrupts.counted_once());
         }
     }
-    overheads.below = promised_below(core, config_.sysfs_root);
+    overheads.below = cores_.neighbours(core).below;
     overheads.priorities =
         config_.real_time ? static_cast<std::size_t>(config_.priority_highest - config_.priority_lowest + 1)
                           : 1;

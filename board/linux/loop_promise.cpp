@@ -1,5 +1,7 @@
 #include "board/linux/loop_promise.h"
 
+#include <unistd.h>
+
 #include <algorithm>
 
 #include "board/linux/kernel_text.h"
@@ -33,18 +35,23 @@ void promise_parameters(sched::Vcpu& vcpu, sched::VcpuParameters parameters, Nan
 
 }  // namespace
 
-sched::VcpuParameters promised_below(int core, const std::string& root) {
-    sched::VcpuParameters below;
-    const auto promises = PromiseRegister::open(root, kLookPatience);
-    if (!promises) return below;
+Neighbours neighbours_on(int core, const std::string& root) {
+    Neighbours found;
+    const auto promises = PromiseRegister::open(root);
+    if (!promises) return found;
+    auto& below = found.below;
     for (const Promise& promise : promises->living()) {
+        const bool is_other = promise.pid != ::getpid();
+        found.loops =
+            found.loops || (is_other && std::ranges::count(promise.vcpus, core, &sched::Vcpu::core) > 0);
         for (const TreeVcpu& tree : promise.trees) {
             if (tree.core != core) continue;
             below.budget += tree.budget;
             below.period = below.period > Nanoseconds{0} ? std::min(below.period, tree.period) : tree.period;
         }
     }
-    return below.valid() ? below : sched::VcpuParameters{};
+    if (!below.valid()) below = {};
+    return found;
 }
 
 void LoopPromise::make(std::span<const VcpuSpec> specs,

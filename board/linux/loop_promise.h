@@ -17,10 +17,17 @@
 
 namespace qduino::board::linux {
 
-/// What process trees of other programs have been promised on `core` below all loops: the sum of
-/// their budgets, in the shortest of their periods. Setup-time. `root` precedes the register's
-/// folders (tests).
-[[nodiscard]] sched::VcpuParameters promised_below(int core, const std::string& root);
+/// What other programs of this computer have been promised on a core.
+struct Neighbours {
+    bool loops = false;  ///< real-time ones, of another process
+    /// Process trees, below all loops: the sum of their budgets, in the shortest of their periods;
+    /// budget 0: none.
+    sched::VcpuParameters below{};
+};
+
+/// As the register has them now; none where it cannot be read. Setup-time. `root` precedes the
+/// register's folders (tests).
+[[nodiscard]] Neighbours neighbours_on(int core, const std::string& root);
 
 class LoopPromise {
   public:
