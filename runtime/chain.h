@@ -6,6 +6,8 @@
 //                                              └───► ChainWatch: what was seen (chain_watch.h)
 #pragma once
 
+#include <utility>
+
 #include "base/fixed_string.h"
 #include "board/types.h"
 #include "sched/chain.h"
@@ -76,27 +78,14 @@ class ChainDeclaration {
 
     [[nodiscard]] Chain& chain() { return chain_; }
 
-    /// Calls `visit` with each, in the order of their construction.
-    template <typename Visit>
-    static void each(Visit visit) {
-        for (const ChainDeclaration* at = first_; at; at = at->next_) visit(at->chain_);
-    }
-    /// The same, for a run.
+    /// Calls `visit` with each, in the order of their construction, and forgets what it declares
+    /// but for its name: a second run in one process declares all of it once more.
     template <typename Visit>
     static void take_each(Visit visit) {
         for (ChainDeclaration* at = first_; at; at = at->next_) {
-            visit(at->chain_);
-            at->taken_ = true;
-        }
-    }
-    /// A second run in one process says all of it once more: what the last one took is forgotten.
-    static void forget_taken() {
-        for (ChainDeclaration* at = first_; at; at = at->next_) {
-            if (!at->taken_) continue;
             const Chain::Words name = at->chain_.name;
-            at->chain_ = {};
+            visit(std::exchange(at->chain_, {}));
             at->chain_.name = name;
-            at->taken_ = false;
         }
     }
 
@@ -104,7 +93,6 @@ class ChainDeclaration {
     static inline ChainDeclaration* first_ = nullptr;
     ChainDeclaration* next_ = nullptr;
     Chain chain_;
-    bool taken_ = false;
 };
 
 }  // namespace qduino::runtime

@@ -242,15 +242,16 @@ Result<void> Plan::judge(Change change, const char* name, Instant now) {
     save(asked_);
     for (sched::CoreLoad& load : loads) count_lowered(load, now);
     sched::count_remote_waits(loads);
+    const bool has_chains = !declared_chains_.empty();
     Result<void> judged = refusal();
-    if (judged && !declared_chains_.empty()) {
+    if (judged && has_chains) {
         judge_all();
         judged = judge_chains(name);
     }
     if (judged) judged = note_routed_away(now);
-    if (judged) judge_all();
+    if (judged && !has_chains) judge_all();
     restore(judged ? asked_ : before_);
-    if (!judged && !declared_chains_.empty()) {
+    if (!judged && has_chains) {
         judge_all();
         static_cast<void>(judge_chains(""));
     }

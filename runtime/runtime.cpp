@@ -57,7 +57,6 @@ Result<void> Runtime::begin(const SketchTable& table, void (*setup)()) {
     QDUINO_EXPECT(!begun_);
     QDUINO_TRY(plan_.add_loops(table));  // a table that is wrong is refused before anything is done
     board_.note_setup(true);
-    ChainDeclaration::forget_taken();
     if (setup) setup();
     board_.note_setup(false);
     QDUINO_TRY(plan_.add_loops(table));  // those that setup() has made

@@ -13,7 +13,7 @@ namespace {
 /// What the only chain declares.
 runtime::Chain declared() {
     runtime::Chain found;
-    runtime::ChainDeclaration::each([&](const runtime::Chain& chain) { found = chain; });
+    runtime::ChainDeclaration::take_each([&](const runtime::Chain& chain) { found = chain; });
     return found;
 }
 
@@ -53,9 +53,10 @@ TEST(ArduinoChain, EdgesAndDevices) {
     {
         ::Chain edge{"edge"};
         edge.fromEdge(7).to(9);
-        EXPECT_EQ(declared().source, runtime::Chain::Source::edge);
-        EXPECT_EQ(declared().pin.number, 7);
-        EXPECT_EQ(declared().to, "pin 9");
+        const runtime::Chain is = declared();
+        EXPECT_EQ(is.source, runtime::Chain::Source::edge);
+        EXPECT_EQ(is.pin.number, 7);
+        EXPECT_EQ(is.to, "pin 9");
     }
     ::Chain device{"device"};
     device.fromDevice("uart");
