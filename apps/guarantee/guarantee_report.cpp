@@ -1,9 +1,10 @@
 #include "apps/guarantee/guarantee_report.h"
 
-#include <array>
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "base/text.h"
+#include "base/words.h"
 #include "posix/durable_file.h"
 
 namespace qduino::apps {
@@ -44,7 +45,9 @@ Json json_of(const board::BottomHalfGuarantee& half) {
             {"replenishment_us", measured(half.replenishment)}};
 }
 
-/// The members of the causes are named in the order of board::DelayCause.
+constexpr Words<board::DelayCause::tasks, board::DelayCause::untold> kCauseNames{
+    "tasks", "host", "interrupts", "charged", "work", "unseen", "untold"};
+
 Json json_of(const board::DelayGuarantee& delay) {
     Json json{{"id", delay.id},
               {"core", delay.core},
@@ -58,12 +61,9 @@ Json json_of(const board::DelayGuarantee& delay) {
               {"most", delay.most.view()},
               {"throttled", delay.throttled < 0 ? Json(nullptr) : Json(delay.throttled)},
               {"beyond_us", microseconds(delay.beyond)}};
-    constexpr std::array<const char*, board::kDelayCauses> kLate{
-        "late_tasks", "late_host",   "late_interrupts", "late_charged",
-        "late_work",  "late_unseen", "late_untold"};
-    json["cause"] =
-        kLate[static_cast<std::size_t>(cause_of(delay))] + std::char_traits<char>::length("late_");
-    for (std::size_t i = 0; i < kLate.size(); ++i) json[kLate[i]] = delay.late[i];
+    json["cause"] = kCauseNames(cause_of(delay));
+    for (std::size_t i = 0; i < delay.late.size(); ++i)
+        json[text<std::string>("late_", kCauseNames(static_cast<board::DelayCause>(i)))] = delay.late[i];
     return json;
 }
 

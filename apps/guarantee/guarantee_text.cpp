@@ -1,9 +1,9 @@
 #include <algorithm>
-#include <array>
 
 #include "apps/guarantee/guarantee_report.h"
 #include "apps/terminal/human.h"
 #include "apps/terminal/message.h"
+#include "base/words.h"
 
 namespace qduino::apps {
 namespace {
@@ -206,14 +206,15 @@ const char* culprit(const board::DelayGuarantee& delay) {
     return "it was an interrupt, or the host without saying so";
 }
 
-/// The causes of all its late releases, as they are counted; in the order of DelayCause.
-constexpr std::array<const char*, board::kDelayCauses> kCauses{"other tasks",
-                                                               "the host",
-                                                               "interrupts",
-                                                               "the host or an interrupt ran on its budget",
-                                                               "its own work",
-                                                               "nothing that the kernel counts",
-                                                               "its own work or its budget"};
+/// The causes of all its late releases, as they are counted.
+constexpr Words<board::DelayCause::tasks, board::DelayCause::untold> kCauses{
+    "other tasks",
+    "the host",
+    "interrupts",
+    "the host or an interrupt ran on its budget",
+    "its own work",
+    "nothing that the kernel counts",
+    "its own work or its budget"};
 
 /// " 12 releases were late: 7 of them by the host, 5 by its own work."; nothing when none was
 /// counted.
@@ -223,7 +224,8 @@ std::string late_ones(const board::DelayGuarantee& delay) {
     for (std::size_t i = 0; i < delay.late.size(); ++i) {
         all += delay.late[i];
         if (delay.late[i] > 0)
-            write(causes, causes.empty() ? "" : ", ", delay.late[i], " (", kCauses[i], ')');
+            write(causes, causes.empty() ? "" : ", ", delay.late[i], " (",
+                  kCauses(static_cast<board::DelayCause>(i)), ')');
     }
     return all == 0
                ? ""

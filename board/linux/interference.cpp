@@ -82,10 +82,12 @@ InterferenceLook look_once(int core, std::vector<Nanoseconds>& gaps) {
     return seen;
 }
 
-bool is_kept(std::int64_t before, std::int64_t found) { return before >= found && before <= 2 * found; }
+std::int64_t kept_or_new(std::int64_t before, std::int64_t found) {
+    return before >= found && before <= 2 * found ? before : with_margin(found);
+}
 
 Nanoseconds kept_or_new(Nanoseconds before, Nanoseconds found) {
-    return is_kept(before.count(), found.count()) ? before : Nanoseconds{with_margin(found.count())};
+    return Nanoseconds{kept_or_new(before.count(), found.count())};
 }
 
 }  // namespace
@@ -101,8 +103,7 @@ InterferenceFigures figures_of(std::span<const InterferenceLook> looks) {
 }
 
 InterferenceFigures counted_for(const InterferenceFigures& found, const InterferenceFigures& before) {
-    return {.share_ppm =
-                is_kept(before.share_ppm, found.share_ppm) ? before.share_ppm : with_margin(found.share_ppm),
+    return {.share_ppm = kept_or_new(before.share_ppm, found.share_ppm),
             .usual = kept_or_new(before.usual, found.usual),
             .burst = kept_or_new(before.burst, found.burst),
             .longest = kept_or_new(before.longest, found.longest)};
