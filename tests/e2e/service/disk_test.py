@@ -30,6 +30,17 @@ def mount_small_disk(path, mib=DISK_MIB):
     return None
 
 
+def take_last_block(folder):
+    """By a file "filler" in `folder`, which grows until its disk is full."""
+    with open(os.path.join(folder, "filler"), "ab", buffering=0) as filler:
+        for size in (1 << 20, 4096, 1):
+            try:
+                while filler.write(b"x" * size) == size:
+                    pass
+            except OSError:
+                continue
+
+
 class FullDisk(unittest.TestCase):
     def setUp(self):
         self.folder = Folder()
@@ -47,14 +58,7 @@ class FullDisk(unittest.TestCase):
         wait_until(lambda: self.printd.machine()["connected"], "the service found the machine")
 
     def fill(self):
-        """Takes the last block."""
-        with open(os.path.join(self.printd.state, "filler"), "ab", buffering=0) as filler:
-            for size in (1 << 20, 4096, 1):
-                try:
-                    while filler.write(b"x" * size) == size:
-                        pass
-                except OSError:
-                    continue
+        take_last_block(self.printd.state)
         self.assertEqual(os.statvfs(self.printd.state).f_bavail, 0)
 
     def login(self):

@@ -45,7 +45,7 @@ import time
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path[:0] = [os.path.join(HERE, "..", folder) for folder in ("launcher", "reach", "service")]
-from disk_test import LIBC, mount_small_disk  # noqa: E402
+from disk_test import LIBC, mount_small_disk, take_last_block  # noqa: E402
 from network import Lan, can_make_networks  # noqa: E402
 from stack import Stack, read, service  # noqa: E402
 
@@ -269,15 +269,6 @@ class Storm:
             self.heat_after(victim, said_at, is_hot(before))
         return True
 
-    def take_last_block(self):
-        with open(os.path.join(self.state, "filler"), "ab", buffering=0) as file:
-            for size in (1 << 20, 4096, 1):
-                try:
-                    while file.write(b"x" * size) == size:
-                        pass
-                except OSError:
-                    continue
-
     def answered_on_a_full_disk(self, path, body=None):
         status, said = self.stack.request("POST", path, body)
         if status // 100 != 2 and status != 409:
@@ -291,12 +282,12 @@ class Storm:
             if pid is None:
                 return False
             os.kill(pid, signal.SIGSTOP)  # or the room that it gives up meanwhile would be taken, too
-            self.take_last_block()
+            take_last_block(self.state)
             os.kill(pid, signal.SIGKILL)
             self.wait_alive()
             for path, body in (("/api/v1/queue/hold", None), ("/api/v1/machine/pause", None), ("/api/v1/session", login)):
                 self.answered_on_a_full_disk(path, body)
-            self.take_last_block()  # what was given up, too
+            take_last_block(self.state)  # what was given up, too
             self.answered_on_a_full_disk("/api/v1/session", login)
         except ProcessLookupError:
             return False
