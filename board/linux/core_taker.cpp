@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <string>
 
 #include "board/linux/clock.h"
@@ -117,6 +118,13 @@ const Interference& CoreTaker::interference(int core) {
     const auto [known, is_new] = known_.try_emplace(core);
     auto& [memory, told] = known->second;
     if (!is_new || config_.probe_duration == Nanoseconds{0}) return told;
+    if (const char* text = std::getenv("QDUINO_INTERRUPTS")) {
+        if (const auto said = InterferenceMemory::figures_said(text)) {
+            told.measured = true;
+            told.found = told.counts = *said;
+            return told;
+        }
+    }
     memory = InterferenceMemory::read(core, config_.sysfs_root);
     if (memory.size() == 0 || !neighbours(core).loops) {
         const int count = memory.size() < kLooksAtFirst ? static_cast<int>(kLooksAtFirst) : kLooksLater;
@@ -255,6 +263,10 @@ void CoreTaker::compare_with_admission(const UsedCore& used, std::optional<Inter
     const auto known = known_.find(report.core);
     if (known == known_.end() || !known->second.told.measured) return;
     const Interference& told = known->second.told;
+    if (told.each == Nanoseconds{0} && told.counts.share_ppm > 0) {
+        join(report.note, "interrupts are counted as QDUINO_INTERRUPTS says");
+        return;
+    }
     report.counted_per_second = told.counted_per_second();
     report.counted_cost = told.each;
     report.counted_longest = told.counted_once().cost;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <optional>
+#include <span>
 
 #include "base/text.h"
 #include "base/whole_number.h"
@@ -20,18 +21,26 @@ std::string path_in(const std::string& folder, int core) {
     return qduino::text<std::string>(folder, "/qduino-interrupts.", core);
 }
 
-/// All words behind the first, each from 0 to `highest`; nothing when there are not `count` such.
+/// All words, each from 0 to `highest`; nothing when there are not `count` such.
 template <std::size_t count>
-std::optional<std::array<std::int64_t, count>> numbers(const std::vector<std::string_view>& line,
+std::optional<std::array<std::int64_t, count>> numbers(std::span<const std::string_view> line,
                                                        std::int64_t highest) {
     std::array<std::int64_t, count> values{};
-    if (line.size() != count + 1) return std::nullopt;
+    if (line.size() != count) return std::nullopt;
     for (std::size_t i = 0; i < count; ++i) {
-        const auto value = whole_number<std::int64_t>(line[i + 1]);
+        const auto value = whole_number<std::int64_t>(line[i]);
         if (!value || *value < 0 || *value > highest) return std::nullopt;
         values[i] = *value;
     }
     return values;
+}
+
+std::optional<InterferenceFigures> figures(std::span<const std::string_view> line) {
+    const auto found = numbers<4>(line, kMost.count());
+    if (!found) return std::nullopt;
+    const auto [share, usual, burst, longest] = *found;
+    return InterferenceFigures{std::min<std::int64_t>(share, 2'000'000), Nanoseconds{usual},
+                               Nanoseconds{burst}, Nanoseconds{longest}};
 }
 
 }  // namespace
@@ -51,12 +60,9 @@ InterferenceMemory InterferenceMemory::parse(std::string_view text) {
     while (!text.empty()) {
         const auto line = words(cut(text, '\n'));
         if (line.empty()) continue;
-        if (const auto counted = numbers<4>(line, kMost.count()); counted && line[0] == "counted") {
-            const auto [share, usual, burst, longest] = *counted;
-            memory.counted_ = {std::min<std::int64_t>(share, 2'000'000), Nanoseconds{usual},
-                               Nanoseconds{burst}, Nanoseconds{longest}};
-        }
-        if (const auto look = numbers<6>(line, kMost.count()); look && line[0] == "look") {
+        const auto rest = std::span{line}.subspan(1);
+        if (const auto counted = figures(rest); counted && line[0] == "counted") memory.counted_ = *counted;
+        if (const auto look = numbers<6>(rest, kMost.count()); look && line[0] == "look") {
             const auto [taken, usual, longest, worst, ticks, others] = *look;
             looks.push_back({Nanoseconds{taken}, Nanoseconds{usual}, Nanoseconds{longest}, Nanoseconds{worst},
                              ticks, others});
@@ -64,6 +70,10 @@ InterferenceMemory InterferenceMemory::parse(std::string_view text) {
     }
     memory.add(looks);
     return memory;
+}
+
+std::optional<InterferenceFigures> InterferenceMemory::figures_said(std::string_view text) {
+    return figures(words(text));
 }
 
 void InterferenceMemory::add(const std::vector<InterferenceLook>& looks) {

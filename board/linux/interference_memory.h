@@ -6,8 +6,14 @@
 //     …                                         the oldest first, a hundred of them
 //
 // Each start and each run adds looks, and the oldest go. Not real-time.
+//
+// Somebody who knows the computer's figures, or wants the same verdict at every start whatever
+// others do, says them in the environment, in the units of `counted`; then nobody looks:
+//
+//   QDUINO_INTERRUPTS="15000 75000 100000 90000"
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -28,6 +34,8 @@ class InterferenceMemory {
     [[nodiscard]] static InterferenceMemory parse(std::string_view text);
 
     [[nodiscard]] std::size_t size() const { return looks_.size(); }
+    /// From the text of QDUINO_INTERRUPTS. Nothing when it is malformed or out of range.
+    [[nodiscard]] static std::optional<InterferenceFigures> figures_said(std::string_view text);
     void add(const std::vector<InterferenceLook>& looks);
     /// What is known now; what is counted of it is remembered.
     [[nodiscard]] Interference interference();

@@ -123,10 +123,11 @@ TEST(CoreRivals, AreFoundOnTheRealMachine) {
     if (cpu_count() < 2) GTEST_SKIP() << "needs two cores";
     const int core = cpu_count() - 1;
     // Priorities below those of the computer's own threads: the test disturbs nobody who matters.
-    const ForeignSpinner thief{core, 3, 1s};
+    const ForeignSpinner thief{core, 3, 5s};
     if (!thief.spins())
         GTEST_SKIP() << "needs SCHED_FIFO: errors " << thief.core_error() << ", " << thief.priority_error();
     const auto rival = find_core_rival({.core = core, .priority = 2, .not_of = 0, .root = {}, .wait = {}});
+    if (!thief.lives()) GTEST_SKIP() << "this computer stood still for as long as the thief lived";
     ASSERT_TRUE(rival);
     EXPECT_EQ(rival->pid, thief.pid());
     EXPECT_EQ(rival->name, "core-thief");
@@ -136,7 +137,11 @@ TEST(CoreRivals, AreFoundOnTheRealMachine) {
     EXPECT_TRUE(!above || above->pid != thief.pid())
         << "a loop with a higher priority is not kept waiting by it";
     const std::string name = "core-thief (pid " + std::to_string(thief.pid()) + ", SCHED_FIFO 3)";
-    EXPECT_TRUE(rival->ran < 40ms || who_spins_on(core, 0) == name || !thief.lives());
+    // The kernel stops it for 50 ms of each second, and the host whenever it likes: one look in
+    // many finds it at work.
+    bool seen = false;
+    while (!seen && thief.lives()) seen = who_spins_on(core, 0) == name;
+    EXPECT_TRUE(seen);
     EXPECT_EQ(who_spins_on(core, thief.pid()), "") << "it is the sketch's own";
 }
 

@@ -114,6 +114,14 @@ TEST(InterferenceMemory, LeavesOutWhatIsMalformed) {
     EXPECT_EQ(read.text(), "counted 1 2 3 4\nlook 1 2 3 4 5 6\n");
 }
 
+TEST(InterferenceMemory, FiguresMayBeSaidInstead) {
+    const auto said = InterferenceMemory::figures_said("15000 75000 100000 90000");
+    ASSERT_TRUE(said);
+    EXPECT_EQ(*said, (InterferenceFigures{15'000, 75us, 100us, 90us}));
+    for (const char* text : {"", "1 2 3", "1 2 3 4 5", "1 2 3 -4", "1 2 3 4us"})
+        EXPECT_FALSE(InterferenceMemory::figures_said(text)) << text;
+}
+
 TEST(InterferenceMemory, BelievesNoFileOfAStranger) {
     FakeMachine machine;
     machine.put("/elsewhere", "look 1 2 3 4 5 6");
