@@ -6,16 +6,18 @@
 What the output has that the sketch has not:
   - `#include <Arduino.h>` before everything;
   - the tabs one after the other: the one that is named as its folder first, the others by name;
-  - a prototype of every function, before the first function, so that a function may be used before it is written;
+  - a prototype of every function, before the first function, so that a function may be used before it is written; behind the types of
+    the sketch that it names, where these come later;
   - `#line` directives, so that an error of the compiler points into the .ino;
   - at the end, the registration of setup(), and of loop() and serialEvent() where there are;
   - another name for what the sketch calls like something of the C library: `uint8_t clock[8];` is clock_of_sketch.
     An AVR's C library has no clock(), pipe() or pause(); here the two would not compile together.
 
 Which functions get a prototype: those at top level with a return type, also static, inline and template ones. Not those with a
-default argument (it would be given twice) or with a prototype of their own, not operators, members, or what stands in a
-namespace, class or extern "C" block. `void loop(id, budget, period [, core])` is QduinoMC's declaration of a VCPU and
-gets none. A function within #if … #endif gets its prototype within the same condition.
+default argument (it would be given twice; that of a template is moved to the prototype) or with a prototype of their own for the same parameters, not operators, members, or what
+stands in a namespace, class or extern "C" block. `void loop(id, budget, period [, core])` is QduinoMC's declaration of a VCPU and
+gets none. A function within #if … #endif gets its prototype within the same condition; where two branches have two heads for one
+body, each head has its own.
 """
 import argparse
 import pathlib
@@ -33,9 +35,14 @@ TOKEN = re.compile(
     ''', re.S | re.X)
 DIRECTIVE = re.compile(r'^[ \t]*#(?:\\\n|[^\n])*', re.M)
 IDENTIFIER = r'[A-Za-z_]\w*'
-NOT_A_FUNCTION = re.compile(r'\b(?:operator|class|struct|union|enum|namespace|using|typedef)\b(?![^()]*\()')
+NOT_A_FUNCTION = re.compile(r'\b(?:operator|namespace|using|typedef)\b')
+# `struct Spot f(int x)`: a type of the sketch's, by its full name.
+NAMED_TYPE = re.compile(rf'\b(?:class|struct|union|enum)\s+({IDENTIFIER})')
+TYPE_HEAD = re.compile(r'\b(?:class|struct|union|enum)\b')
 NOT_A_NAME = {'if', 'for', 'while', 'switch', 'catch', 'return', 'sizeof', 'decltype', 'alignas', '__attribute__',
               '__declspec', 'noexcept', 'defined', 'requires', 'static_assert', 'do', 'else'}
+QUALIFIERS = {'const', 'volatile', 'struct', 'class', 'union', 'enum', 'register', 'static'}
+WORDS_OF_TYPES = QUALIFIERS | {'void', 'bool', 'char', 'short', 'int', 'long', 'signed', 'unsigned', 'float', 'double', 'auto'}
 PREFIX_WITH_PARENTHESES = {'decltype', 'alignas', '__attribute__', '__declspec', 'explicit', 'noexcept'}
 
 # Words of the C library here that Arduino.h brings in, and that a person may choose for a global
@@ -62,6 +69,7 @@ class Function:
     prototype: str        # '' when it gets none
     start: int            # offset in the joined text of the statement's first character
     conditions: list      # the open #if groups, each a list of its directives so far
+    parameters: tuple     # their types, without blanks
 
 
 @dataclass
@@ -73,7 +81,9 @@ class Tab:
 @dataclass
 class Scan:
     functions: list = field(default_factory=list)
-    declared: set = field(default_factory=set)  # names that have a prototype in the sketch
+    declared: set = field(default_factory=set)  # (name, parameters) that have a prototype in the sketch
+    types: dict = field(default_factory=dict)   # names of types at top level: the offset behind the declaration
+    defaults: list = field(default_factory=list)  # (start, end) of those of templates, which their prototypes have
     clashes: set = field(default_factory=set)   # names of the C library that the sketch gives to something of its own
 
 
@@ -151,7 +161,7 @@ def strip_leading_macro(head, source):
 
 
 def function_of(head, source):
-    """(name, prototype or '') of the function that this head, standing before '{' or ';', declares; else None.
+    """(name, prototype or '', types of its parameters) of the function that this head, standing before '{' or ';', declares; else None.
 
     `head` has its literals blanked, `source` has them; both are without comments and directives.
     """
@@ -164,16 +174,56 @@ def function_of(head, source):
     before = head[:name.start()]
     after = head[closing + 1:]
     parameters = head[opening + 1:closing].strip()
-    if NOT_A_FUNCTION.search(re.sub(r'template\s*<[^()]*>', '', before)) or before.rstrip().endswith(('::', '~', '.', '->')):
+    template = re.match(r'\s*template\s*<[^()]*>', before)
+    returned = NAMED_TYPE.sub(r'\1', before[template.end():] if template else before)
+    if NOT_A_FUNCTION.search(returned) or TYPE_HEAD.search(returned) or returned.rstrip().endswith(('::', '~', '.', '->')):
         return None
-    if '=' in re.sub(r'template\s*<[^()]*>', '', before) or not re.fullmatch(
+    if not declares_parameters(parameters) and NAMED_TYPE.search(before):
+        return None  # struct Packed ALIGNED(4) { … };
+    if '=' in returned or not re.fullmatch(
             r'\s*(?:(?:const|noexcept|override|final|volatile|try)\b\s*(?:\([^()]*\)\s*)?|&+\s*|\[\[.*?\]\]\s*|->\s*[^{;]+)*', after, re.S):
         return None
+    types = parameter_types(parameters)
     if name[1] == 'loop' and parameters not in ('', 'void'):
-        return name[1], ''  # loop(id, budget, period, core)
+        return name[1], '', types  # loop(id, budget, period, core)
     if '=' in parameters:
-        return name[1], ''
-    return name[1], ' '.join(source.split()) + ';'
+        return name[1], '', types
+    return name[1], ' '.join(source.split()) + ';', types
+
+
+def parameter_types(parameters):
+    """The types of a parameter list, names and default values left out, to tell one overload from another."""
+    types = []
+    for parameter in cut_at_top(parameters, ','):
+        words = re.findall(rf'{IDENTIFIER}|[^\s\w]|\d+', cut_at_top(parameter, '=')[0])
+        named = len(words) - next((i for i, word in enumerate(reversed(words)) if word not in '[]0123456789'), 0) - 1
+        if named > 0 and re.fullmatch(IDENTIFIER, words[named]) and words[named] not in WORDS_OF_TYPES and any(
+                word not in QUALIFIERS for word in words[:named] if re.fullmatch(IDENTIFIER, word)):
+            del words[named]
+        # const of a value is the function's own affair.
+        types.append(' '.join(word for word in words if word != 'const' or {'*', '&'} & set(words)))
+    return () if types in ([''], ['void']) else tuple(types)
+
+
+def template_defaults(head):
+    """(start, end) of each `= T` in the parameters of a template."""
+    template = re.match(r'\s*template\s*<', head)
+    depth, begin = 1, None
+    for i in range(template.end() if template else len(head), len(head)):
+        c = head[i]
+        if c in ',>' and depth == 1 and begin is not None:
+            yield begin, i
+            begin = None
+        elif c == '=' and depth == 1:
+            begin = i
+        depth += {'(': 1, '<': 1, '[': 1, '{': 1, ')': -1, '>': -1, ']': -1, '}': -1}.get(c, 0)
+        if depth == 0:
+            return
+
+
+def declares_parameters(parameters):
+    """The text between parentheses may be a parameter list: it is empty, or begins with a word."""
+    return re.match(rf'\s*(?:$|{IDENTIFIER}|\[\[)', parameters)
 
 
 def cut_at_top(text, separator):
@@ -258,59 +308,151 @@ def is_member(code, at, word):
     return False
 
 
+@dataclass
+class Head:
+    """What stands of a statement so far, on one way through the #if groups in it."""
+    offsets: list = field(default_factory=list)  # of its characters, directives left out
+    start: int = None
+    conditions: list = None  # None: those that are open where it ends
+
+    def copy(self):
+        return Head(list(self.offsets), self.start, self.conditions)
+
+
+@dataclass
+class Group:
+    """An #if that is open: the state before it, and the states behind its branches."""
+    heads: list
+    depth: int
+    branches: list = field(default_factory=list)  # (heads, depth, directives so far)
+    has_else: bool = False
+
+
 class Scanner:
-    """Walks the joined tabs and finds the functions at top level."""
+    """Walks the joined tabs and finds the functions at top level. Each branch of an #if is read as if it were the one that is taken."""
+
+    HEADS_MAX = 8  # ways through one head; of more, the first ones count
 
     def __init__(self, text):
         self.source = without_comments(text)
         self.code = without_literals(text)
         self.conditions = []
+        self.groups = []
+        self.heads = [Head()]
+        self.depth = 0
+        self.types_open = []    # names of the types whose body has begun
+        self.types_waiting = []  # of those that are declared within an open #if
         self.found = Scan()
 
     def scan(self):
-        self.directives = {m.start(): m for m in DIRECTIVE.finditer(self.code)}
-        depth = 0
-        start = None
-        head = []  # offsets of the statement's characters, directives left out
+        directives = {m.start(): m.end() for m in DIRECTIVE.finditer(self.code)}
         i = 0
         while i < len(self.code):
-            if i in self.directives:
-                self.directive(self.source[i:self.directives[i].end()])
-                i = self.directives[i].end()
+            if i in directives:
+                self.directive(self.source[i:directives[i]], directives[i])
+                i = directives[i]
                 continue
-            c = self.code[i]
-            if depth == 0:
-                if c in ';{}':
-                    if head:
-                        self.statement(head, start, c)
-                    head, start = [], None
-                elif start is not None or not c.isspace():
-                    start = i if start is None else start
-                    head.append(i)
-            depth = max(0, depth + {'{': 1, '}': -1}.get(c, 0))
+            self.character(i, self.code[i])
             i += 1
+        self.end_types(len(self.code))
         return self.found
 
-    def directive(self, text):
+    def character(self, i, c):
+        if self.depth == 0:
+            if c in ';{}':
+                for head in self.heads:
+                    if head.offsets:
+                        self.statement(head, c)
+                if c == ';':
+                    self.end_of_types(i + 1)
+                self.heads = [Head()]
+            else:
+                for head in self.heads:
+                    if head.start is not None or not c.isspace():
+                        head.start = i if head.start is None else head.start
+                        head.offsets.append(i)
+        self.depth = max(0, self.depth + {'{': 1, '}': -1}.get(c, 0))
+
+    def directive(self, text, end):
         word = re.match(r'\s*#\s*(\w*)', text)[1]
         text = ' '.join(text.replace('\\\n', ' ').split())
         if word in ('if', 'ifdef', 'ifndef'):
             self.conditions.append([text])
-        elif word in ('elif', 'else') and self.conditions:
+            self.groups.append(Group([head.copy() for head in self.heads], self.depth))
+        elif word in ('elif', 'else') and self.groups:
+            self.end_branch()
             self.conditions[-1].append(text)
-        elif word == 'endif' and self.conditions:
+            group = self.groups[-1]
+            group.has_else |= word == 'else'
+            self.heads, self.depth = [head.copy() for head in group.heads], group.depth
+        elif word == 'endif' and self.groups:
+            self.end_branch()
+            self.end_group(self.groups.pop())
             self.conditions.pop()
+            if not self.conditions:
+                self.end_types(end)
 
-    def statement(self, offsets, start, end):
-        self.found.clashes |= clashes_in(''.join(self.code[i] for i in offsets))
-        function = function_of(''.join(self.code[i] for i in offsets), ''.join(self.source[i] for i in offsets))
+    def end_branch(self):
+        self.groups[-1].branches.append((self.heads, self.depth, [list(group) for group in self.conditions]))
+
+    def end_group(self, group):
+        """The braces are those of the first branch that is not `#if 0`; of the heads each branch has its own."""
+        if not group.has_else:
+            without = [list(each) for each in self.conditions]
+            without[-1].append('#else')
+            group.branches.append((group.heads, group.depth, without))
+        never = re.fullmatch(r'#\s*if\s+(?:0|false)', self.conditions[-1][0])
+        branches = group.branches[1:] if never else group.branches
+        self.depth = branches[0][1]
+        branches = [branch for branch in branches if branch[1] == self.depth]
+        different = any([head.offsets for head in branch[0]] != [head.offsets for head in branches[0][0]] for branch in branches)
+        self.heads = []
+        for heads, _, conditions in branches if different else branches[:1]:
+            for head in heads:
+                if different and head.conditions is None:
+                    head.conditions = conditions
+                self.heads.append(head)
+        del self.heads[self.HEADS_MAX:]
+
+    def statement(self, head, end):
+        code = ''.join(self.code[i] for i in head.offsets)
+        self.found.clashes |= clashes_in(code)
+        function = function_of(code, ''.join(self.source[i] for i in head.offsets))
         if not function:
+            self.note_type(code, end)
             return
-        name, prototype = function
+        name, prototype, parameters = function
         if end == ';':
-            self.found.declared.add(name)
+            self.found.declared.add((name, parameters))
         elif end == '{':
-            self.found.functions.append(Function(name, prototype, start, [list(group) for group in self.conditions]))
+            conditions = self.conditions if head.conditions is None else head.conditions
+            if prototype:
+                self.found.defaults += [(head.offsets[a], head.offsets[b - 1] + 1) for a, b in template_defaults(code)]
+            self.found.functions.append(Function(name, prototype, head.start, [list(group) for group in conditions], parameters))
+
+    def note_type(self, code, end):
+        """`code` may begin a type, or be all of its declaration."""
+        words = re.findall(IDENTIFIER, code.split(':')[0])
+        if TYPE_HEAD.search(code) and '=' not in code and (end == '{' or len(words) == 2):
+            self.types_open += [word for word in words[-2:] if word != 'final']
+        elif re.match(r'\s*(?:template\b.*)?using\b', code) and '=' in code:
+            self.types_open.append(re.findall(IDENTIFIER, code.split('=')[0])[-1])
+        elif re.match(r'\s*typedef\b', code) or self.types_open:
+            self.types_open += words[-1:]  # typedef int Steps; also what stands behind the brace of a struct
+
+    def end_of_types(self, offset):
+        for name in self.types_open:
+            if name not in self.found.types:
+                self.found.types[name] = (offset, offset)
+                if self.conditions:
+                    self.types_waiting.append(name)
+        self.types_open = []
+
+    def end_types(self, offset):
+        """The outermost #if has ended: another branch of it may have the same types."""
+        for name in self.types_waiting:
+            self.found.types[name] = (self.found.types[name][0], offset)
+        self.types_waiting = []
 
 
 def line_directive(line, path):
@@ -364,19 +506,30 @@ class Joined:
         return out
 
 
-def prototypes(joined, found):
-    out = ''
+def place_of_prototype(function, types, first):
+    """Behind the types that it names, and not before `first`."""
+    place = first
+    for name in re.findall(IDENTIFIER, function.prototype):
+        behind, behind_condition = types.get(name, (0, 0))
+        place = max(place, behind_condition if behind_condition <= function.start else behind)
+    return place
+
+
+def prototypes(joined, found, first):
+    """{offset: the prototypes that go there}."""
+    places = {first: ''}
     written = set()
     for f in found.functions:
-        if not f.prototype or f.name in found.declared or f.prototype in written:
+        if not f.prototype or (f.name, f.parameters) in found.declared or f.prototype in written:
             continue
         if not f.conditions:
             written.add(f.prototype)
-        for group in f.conditions:
-            out += ''.join(d + '\n' for d in group)
+        out = ''.join(d + '\n' for group in f.conditions for d in group)
         out += line_directive(*joined.place(f.start)) + f.prototype + '\n'
         out += '#endif\n' * len(f.conditions)
-    return out
+        place = place_of_prototype(f, found.types, first)
+        places[place] = places.get(place, '') + out
+    return places
 
 
 def registration(found, path):
@@ -389,16 +542,27 @@ def registration(found, path):
             f'qduino_sketch_registration{{{", ".join(entries)}, "{escaped}"}};\n')
 
 
+def weak_declarations(found):
+    """Of those that the board calls, and that stand within conditions: without them their address is null."""
+    def always(name):
+        return any(f.name == name and f.prototype and not f.conditions for f in found.functions)
+    names = {f.name for f in found.functions if f.prototype and f.name in ('loop', 'serialEvent')}
+    return ''.join(f'void ({name})() __attribute__((weak));\n' for name in sorted(names) if not always(name))
+
+
 def convert(tabs):
     clashes = Scanner(Joined(tabs).text).scan().clashes
     joined = Joined([Tab(tab.path, renamed(tab.text, clashes)) for tab in tabs])
     found = Scanner(joined.text).scan()
-    out = '#include <Arduino.h>\n'
+    for start, end in found.defaults:
+        joined.text = joined.text[:start] + re.sub(r'[^\n]', ' ', joined.text[start:end]) + joined.text[end:]
+    out = '#include <Arduino.h>\n' + weak_declarations(found)
+    at = 0
     if found.functions:
-        at = insertion_point(joined.text, found.functions)
-        out += joined.part(0, at) + prototypes(joined, found) + joined.part(at, len(joined.text))
-    else:
-        out += joined.part(0, len(joined.text))
+        for place, text in sorted(prototypes(joined, found, insertion_point(joined.text, found.functions)).items()):
+            out += joined.part(at, place) + text
+            at = place
+    out += joined.part(at, len(joined.text))
     return out + registration(found, tabs[0].path)
 
 
@@ -415,7 +579,7 @@ def tabs_of(paths):
         else:
             files.append(path)
     try:
-        return [Tab(p.resolve(), p.read_text(encoding='utf-8', errors='surrogateescape').replace('\r\n', '\n')) for p in files]
+        return [Tab(p.resolve(), p.read_text(encoding='utf-8', errors='surrogateescape').removeprefix('\ufeff').replace('\r\n', '\n')) for p in files]
     except OSError as error:
         sys.exit(f'{error.filename}: {error.strerror}')
 

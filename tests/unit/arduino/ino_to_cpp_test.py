@@ -57,6 +57,34 @@ class Prototypes(unittest.TestCase):
     def test_what_has_a_prototype_gets_no_second(self):
         self.check('static int f(int);\nint g(int a = 1);\nstatic int f(int a) { return a; }\nint g(int a) { return a; }\n', [])
 
+    def test_each_overload_counts_by_its_parameters(self):
+        self.check('int show(const int value);\nint show(int number) { return number; }\nint show(const char *text) { return 0; }\n'
+                   'int show() { return 1; }\n', ['int show(const char *text);', 'int show();'])
+
+    def test_types_may_have_their_full_name(self):
+        self.check('struct Spot at(int x) { return {x}; }\nenum state next(enum state s) { return s; }\n',
+                   ['struct Spot at(int x);', 'enum state next(enum state s);'])
+        self.check('struct Packed ALIGNED(4) { int a; };\nclass Led : public Base { };\nvoid f() {}\n', ['void f();'])
+
+    def test_behind_the_types_that_it_names(self):
+        for kind in ('struct Pair { int a; };', 'enum Pair { one };', 'typedef struct { int a; } Pair;', 'using Pair = int;', 'typedef int Pair;',
+                     'template <int N> struct Two {};\nusing Pair = Two<3>;', '#if A\nstruct Pair { int a; };\n#else\nstruct Pair { long a; };\n#endif'):
+            lines = convert(f'void setup() {{}}\n{kind}\nbool odd(Pair p) {{ return 1; }}\n').splitlines()
+            last = max(i for i, line in enumerate(lines) if line and line in kind)
+            self.assertEqual(lines.count('bool odd(Pair p);'), 1)
+            self.assertGreater(lines.index('bool odd(Pair p);'), last, kind)
+            self.assertLess(lines.index('void setup();'), last)
+
+    def test_defaults_of_templates_stand_in_the_prototype_alone(self):
+        text = convert('template <typename T = pair<int, 2>, int N = 3>\nT first(T x) { return x; }\n')
+        self.assertEqual(re.findall(r'<typename T.*N[ =3]*>', text), ['<typename T = pair<int, 2>, int N = 3>', '<typename T               , int N    >'])
+
+    def test_both_branches_begin_the_same_body(self):
+        self.check('#if A\nint f(int a) {\n#else\nint f() {\n#endif\nreturn 1; }\nvoid loop() {}\n', ['int f(int a);', 'int f();', 'void loop();'])
+        self.check('#if A\nint f(int a)\n#elif B\nint f()\n#endif\n{ return 1; }\n', ['int f(int a);', 'int f();'])
+        self.check('#if 0\n{ {\n#endif\nvoid f() {}\n', ['void f();'])
+        self.check('#ifdef A\nstatic\n#endif\nvoid f() {}\n', ['static void f();', '#else', 'void f();'])
+
     def test_members_operators_and_blocks_get_none(self):
         self.check('struct A { void m() {} A() {} };\nclass B : public A { int n() { return 1; } };\n'
                    'void C::method() {}\nbool operator==(A, A) { return true; }\nnamespace n { void inner() {} }\n'
@@ -98,6 +126,14 @@ class Prototypes(unittest.TestCase):
 
 
 class Place(unittest.TestCase):
+    def test_a_head_of_two_branches_declares_what_is_defined(self):
+        for head in ('#if A\nint f(int a)\n#else\nint f()\n#endif\n{ return 1; }\n', '#ifdef A\nstatic\n#endif\nint f() { return 1; }\n'):
+            for flags in ([], ['-DA']):
+                text = convert('#define A_DEFINED\n' + head).replace('#include <Arduino.h>\n', '').split('#undef loop')[0]
+                compiler = ['g++', '-fsyntax-only', '-Wall', '-Werror', '-Wno-unused-function', '-x', 'c++', *flags, '-']
+                done = subprocess.run(compiler, input=text, text=True, capture_output=True, check=False)
+                self.assertEqual(done.returncode, 0, done.stderr)
+
     def test_after_includes_types_and_globals_before_the_first_function(self):
         out = convert('#include <Wire.h>\nstruct P { int x; };\nint n;\nint f(P p) { return g(p); }\nint g(P p) { return p.x; }\n')
         self.assertLess(out.index('struct P'), out.index('int g(P p);'))
@@ -138,6 +174,11 @@ class Registration(unittest.TestCase):
 
     def test_both(self):
         self.assertEqual(self.entries('void setup() {}\nvoid loop(1, 1, 2) {}\nvoid loop() {}\n'), '&setup, &loop, nullptr')
+
+    def test_what_stands_in_a_condition_may_be_missing(self):
+        text = convert('#ifdef LISTEN\nvoid serialEvent() {}\n#endif\nvoid loop() {}\n')
+        self.assertIn('void (serialEvent)() __attribute__((weak));', text)
+        self.assertNotIn('void (loop)()', text)
 
     def test_serial_event(self):
         self.assertEqual(self.entries('void setup() {}\nvoid loop() {}\nvoid serialEvent() {}\n'), '&setup, &loop, &serialEvent')
