@@ -19,6 +19,8 @@
 #include "arduino/core/c_language.h"
 #else
 
+#include "arduino/core/formats.h"  // before the system's headers
+
 #include <chrono>
 #include <cmath>
 #include <cstdint>

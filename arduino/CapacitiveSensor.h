@@ -9,15 +9,17 @@
 // not on the speed of the board.
 #pragma once
 
+#include "arduino/core/constants.h"
+
 class CapacitiveSensor {
   public:
     CapacitiveSensor(int send_pin, int receive_pin) : send_(send_pin), receive_(receive_pin) {}
 
     /// The sum over `samples`, less the lowest sum so far (the untouched sensor); -2 when a sample
     /// took longer than the timeout. Spins, consuming budget.
-    long capacitiveSensor(int samples);
+    qduino::arduino::Long capacitiveSensor(int samples);
     /// The sum as it is.
-    long capacitiveSensorRaw(int samples);
+    qduino::arduino::Long capacitiveSensorRaw(int samples);
     /// Of one reading; 2 s unless said otherwise.
     void set_CS_Timeout_Millis(unsigned long timeout_ms) { timeout_ms_ = timeout_ms; }
     /// How long the lowest reading is kept before it is found anew; 20 s unless said otherwise.

@@ -3,6 +3,7 @@
 #include <array>
 #include <atomic>
 
+#include "arduino/core/constants.h"
 #include "arduino/core/diagnostics.h"
 #include "arduino/core/lock.h"
 #include "arduino/host/eeprom_file.h"
@@ -12,7 +13,7 @@
 using qduino::arduino::report_error;
 using qduino::board::AllowAllocation;
 
-EEPROMClass EEPROM;
+EEPROMClass EEPROM QDUINO_BEFORE_SKETCH;
 
 namespace {
 

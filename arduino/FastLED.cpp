@@ -8,7 +8,7 @@ namespace board = qduino::board;
 using qduino::Instant;
 using qduino::Nanoseconds;
 
-CFastLED FastLED;
+CFastLED FastLED QDUINO_BEFORE_SKETCH;
 
 namespace {
 

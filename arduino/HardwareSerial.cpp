@@ -7,10 +7,10 @@
 using qduino::arduino::LockGuard;
 using qduino::arduino::SerialPort;
 
-HardwareSerial Serial{0};
-HardwareSerial Serial1{1};
-HardwareSerial Serial2{2};
-HardwareSerial Serial3{3};
+HardwareSerial Serial QDUINO_BEFORE_SKETCH{0};
+HardwareSerial Serial1 QDUINO_BEFORE_SKETCH{1};
+HardwareSerial Serial2 QDUINO_BEFORE_SKETCH{2};
+HardwareSerial Serial3 QDUINO_BEFORE_SKETCH{3};
 
 void HardwareSerial::begin(unsigned long baud, std::uint16_t config) {
     end();

@@ -43,7 +43,10 @@ class HardwareSerial : public Stream {
   public:
     /// Serial `number`; 0 is the console.
     explicit HardwareSerial(int number) : number_(number) {}
-    ~HardwareSerial() override { end(); }
+    /// A port that was handed in may be gone already: it is its owner's to close.
+    ~HardwareSerial() override {
+        if (owned_) end();
+    }
     HardwareSerial(const HardwareSerial&) = delete;
     HardwareSerial& operator=(const HardwareSerial&) = delete;
 

@@ -10,8 +10,8 @@ namespace nec = qduino::arduino::nec;
 using qduino::Instant;
 using qduino::Nanoseconds;
 
-IRrecv IrReceiver;
-IRsend IrSender;
+IRrecv IrReceiver QDUINO_BEFORE_SKETCH;
+IRsend IrSender QDUINO_BEFORE_SKETCH;
 
 namespace {
 

@@ -3,11 +3,12 @@
 #include <algorithm>
 #include <array>
 
+#include "arduino/core/constants.h"
 #include "arduino/core/timing.h"
 #include "board/board.h"
 #include "runtime/runtime.h"
 
-LowPowerClass LowPower;
+LowPowerClass LowPower QDUINO_BEFORE_SKETCH;
 
 namespace {
 

@@ -6,8 +6,8 @@
 namespace board = qduino::board;
 using qduino::arduino::LockGuard;
 
-SPIClass SPI{0};
-SPIClass SPI1{1};
+SPIClass SPI QDUINO_BEFORE_SKETCH{0};
+SPIClass SPI1 QDUINO_BEFORE_SKETCH{1};
 
 void SPIClass::beginTransaction(const SPISettings& settings) {
     lock_.lock();

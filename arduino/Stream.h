@@ -40,7 +40,7 @@ class Stream : public Print {
 
     /// The next whole number; 0 when none came in time. `ignore` may stand between its digits (a
     /// thousands separator).
-    long parseInt(LookaheadMode lookahead = SKIP_ALL, char ignore = NO_IGNORE_CHAR);
+    qduino::arduino::Long parseInt(LookaheadMode lookahead = SKIP_ALL, char ignore = NO_IGNORE_CHAR);
     float parseFloat(LookaheadMode lookahead = SKIP_ALL, char ignore = NO_IGNORE_CHAR);
 
     /// Up to `length` bytes; returns how many came in time.

@@ -12,6 +12,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "arduino/core/constants.h"
 #include "arduino/core/periodic_call.h"
 #include "base/time.h"
 
@@ -80,7 +81,9 @@ class TimerInterrupt {
 
     [[nodiscard]] std::int8_t getTimer() const { return timer_; }
     /// Calls that are left; -1: it has no end.
-    [[nodiscard]] long getCount() const { return static_cast<long>(calls_.calls_left()); }
+    [[nodiscard]] qduino::arduino::Long getCount() const {
+        return static_cast<qduino::arduino::Long>(calls_.calls_left());
+    }
 
   private:
     using Call = qduino::arduino::TimedCall;

@@ -7,7 +7,7 @@
 #include "arduino/core/periodic_call.h"
 #include "board/board.h"
 
-TimerOne Timer1;
+TimerOne Timer1 QDUINO_BEFORE_SKETCH;
 
 namespace {
 

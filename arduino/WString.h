@@ -12,6 +12,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "arduino/core/constants.h"
 #include "arduino/core/program_memory.h"
 
 /// Text in flash on an AVR. Here it is ordinary memory, but a type of its own, so that the
@@ -148,7 +149,9 @@ class String {
     void trim();
 
     // ---- numbers: text behind the number is ignored; no number is 0 -----------------------------
-    [[nodiscard]] long toInt() const { return std::strtol(c_str(), nullptr, 10); }
+    [[nodiscard]] qduino::arduino::Long toInt() const {
+        return static_cast<qduino::arduino::Long>(std::strtol(c_str(), nullptr, 10));
+    }
     [[nodiscard]] float toFloat() const { return static_cast<float>(toDouble()); }
     [[nodiscard]] double toDouble() const { return std::strtod(c_str(), nullptr); }
 

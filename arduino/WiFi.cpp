@@ -4,7 +4,7 @@
 
 #include "arduino/core/diagnostics.h"
 
-WiFiClass WiFi;
+WiFiClass WiFi QDUINO_BEFORE_SKETCH;
 
 wl_status_t WiFiClass::begin(const char* network, const char*) {
     network_ = network;

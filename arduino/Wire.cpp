@@ -10,8 +10,8 @@ using qduino::ErrorCode;
 using qduino::make_error;
 using qduino::arduino::report_error;
 
-TwoWire Wire{0};
-TwoWire Wire1{1};
+TwoWire Wire QDUINO_BEFORE_SKETCH{0};
+TwoWire Wire1 QDUINO_BEFORE_SKETCH{1};
 
 namespace {
 

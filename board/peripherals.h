@@ -5,6 +5,7 @@
 // twin finds out about a print is a proof from the pins alone.
 #pragma once
 
+#include <bitset>
 #include <cstdint>
 #include <span>
 
@@ -39,6 +40,9 @@ class Peripherals {
     /// The board drives `pin` no more: it has become an input. The simulator says so; behind a file
     /// of virtual pins nobody does.
     virtual void pin_released(Instant /*now*/, PinId /*pin*/) {}
+    /// The board's resistor pulls the input `pin` up from now on, or no longer. Where nothing else
+    /// drives the pin it reads high with it.
+    virtual void pin_pulled_up(Instant /*now*/, PinId /*pin*/, bool /*up*/) {}
     /// The board's PWM output on `pin` has this duty (0…1) from now on.
     virtual void pwm_written(Instant now, PinId pin, double duty) = 0;
     /// The board's PWM output on `pin` has this period from now on; 0: the board's own. Most
@@ -61,13 +65,17 @@ class Peripherals {
     [[nodiscard]] virtual Instant next_event(Instant /*now*/) { return kForever; }
 };
 
-/// A board with nothing wired to it: inputs read low, no chip answers. Also the base of peripherals
+/// A board with nothing wired to it: inputs read low, or high where they are pulled up; no chip
+/// answers. Also the base of peripherals
 /// that only look at some of this.
 class NoPeripherals : public Peripherals {
   public:
     void pin_written(Instant, PinId, Level) override {}
+    void pin_pulled_up(Instant, PinId pin, bool up) override { pulled_up_.set(pin.number, up); }
     void pwm_written(Instant, PinId, double) override {}
-    Level pin_level(Instant, PinId) override { return Level::low; }
+    Level pin_level(Instant, PinId pin) override {
+        return pulled_up_.test(pin.number) ? Level::high : Level::low;
+    }
     double analog_level(Instant, PinId) override { return 0.0; }
     Result<void> i2c_transfer(Instant, I2cBus, I2cAddress, std::span<const std::uint8_t>,
                               std::span<std::uint8_t>) override {
@@ -75,6 +83,9 @@ class NoPeripherals : public Peripherals {
                           "no chip answers at this I2C address: check wiring and address");
     }
     Result<void> spi_transfer(Instant, SpiBus, SpiSettings, std::span<std::uint8_t>) override { return {}; }
+
+  private:
+    std::bitset<kPinCount> pulled_up_;
 };
 
 /// Stands between a board and `next`, and forwards everything, so that another may override what it
@@ -86,6 +97,7 @@ class ForwardingPeripherals : public Peripherals {
     void advance(Instant now) override { next_->advance(now); }
     void pin_written(Instant now, PinId pin, Level level) override { next_->pin_written(now, pin, level); }
     void pin_released(Instant now, PinId pin) override { next_->pin_released(now, pin); }
+    void pin_pulled_up(Instant now, PinId pin, bool up) override { next_->pin_pulled_up(now, pin, up); }
     void pwm_written(Instant now, PinId pin, double duty) override { next_->pwm_written(now, pin, duty); }
     void pwm_period_set(Instant now, PinId pin, Nanoseconds period) override {
         next_->pwm_period_set(now, pin, period);

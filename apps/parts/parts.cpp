@@ -209,7 +209,7 @@ void Parts::pwm_written(Instant now, PinId pin, double duty) {
 }
 
 Level Parts::pin_level(Instant now, PinId pin) {
-    bool high = !on_pin_[pin.number].empty();
+    bool high = !on_pin_[pin.number].empty() || pulled_up_.test(pin.number);
     for (Part* part : on_pin_[pin.number]) high = high && !part->pulls_low(now, pin);
     return high ? Level::high : Level::low;
 }

@@ -11,6 +11,7 @@
 #pragma once
 
 #include <array>
+#include <bitset>
 #include <memory>
 #include <string>
 #include <vector>
@@ -49,6 +50,9 @@ class Parts final : public board::Peripherals {
 
     void pin_written(Instant now, board::PinId pin, board::Level level) override;
     void pin_released(Instant now, board::PinId pin) override;
+    void pin_pulled_up(Instant /*now*/, board::PinId pin, bool up) override {
+        pulled_up_.set(pin.number, up);
+    }
     void pwm_written(Instant now, board::PinId pin, double duty) override;
     [[nodiscard]] board::Level pin_level(Instant now, board::PinId pin) override;
     [[nodiscard]] double analog_level(Instant, board::PinId) override { return 0.0; }
@@ -69,6 +73,7 @@ class Parts final : public board::Peripherals {
 
     std::vector<std::unique_ptr<Part>> parts_;
     std::array<std::vector<Part*>, board::kPinCount> on_pin_;
+    std::bitset<board::kPinCount> pulled_up_;
 };
 
 }  // namespace qduino::apps

@@ -66,7 +66,8 @@ function(qduino_write_sdk file)
     qduino_json_list(${board}_options ${options})
   endforeach()
   qduino_metal_sdk(metal)
-  set(include "$<REMOVE_DUPLICATES:$<TARGET_PROPERTY:qduino_arduino,INTERFACE_INCLUDE_DIRECTORIES>>")
+  # The C library's headers as a sketch sees them stand before the system's.
+  set(include "${CMAKE_SOURCE_DIR}/arduino/libc;$<REMOVE_DUPLICATES:$<TARGET_PROPERTY:qduino_arduino,INTERFACE_INCLUDE_DIRECTORIES>>")
   set(definitions "$<REMOVE_DUPLICATES:$<TARGET_PROPERTY:qduino_arduino,INTERFACE_COMPILE_DEFINITIONS>>")
   file(GENERATE OUTPUT ${file} CONTENT "{
   \"version\": 1,

@@ -20,6 +20,9 @@ std::vector<fs::path> collect(Iterator entries, IsWanted is_wanted) {
     for (; !failed && entries != Iterator{}; entries.increment(failed)) {
         const fs::path& path = entries->path();
         const bool hidden = path.filename().string().starts_with(".");
+        if constexpr (std::is_same_v<Iterator, fs::recursive_directory_iterator>) {
+            if (hidden) entries.disable_recursion_pending();  // src/.git has files like any other
+        }
         if (!hidden && is_wanted(path) && entries->is_regular_file(failed)) files.push_back(path);
     }
     std::sort(files.begin(), files.end());

@@ -10,8 +10,9 @@ namespace fs = std::filesystem;
 /// As the Arduino IDE compiles, leniently, but with the warnings that the IDE would hide. Warnings
 /// in our own headers are hidden: they do not concern the user. `while (!flag);` stays, as on an
 /// AVR, also where the compiler may assume that it ends.
+/// A `char` is signed on every computer, as on an AVR.
 Words compile_flags(const Sdk& sdk, bool long_32) {
-    Words words{"-O2", "-g1", "-Wall", "-fno-finite-loops", "-fdiagnostics-color=always"};
+    Words words{"-O2", "-g1", "-Wall", "-fno-finite-loops", "-fsigned-char", "-fdiagnostics-color=always"};
     append(words, sdk.flags);
     append(words, sdk.compiling);
     if (long_32) words.emplace_back("-DQDUINO_LONG_32");
@@ -29,7 +30,7 @@ Words as_arduino(const Sdk& sdk, bool long_32) {
     Words words{sdk.python, sdk.as_arduino.string()};
     if (!long_32) append(words, {"--long", "64"});
     for (const std::string& folder : sdk.include) append(words, {"--keep", folder});
-    words.emplace_back("--");
+    append(words, {"--main", "refused", "--"});
     return words;
 }
 
@@ -67,7 +68,12 @@ ToolCommands tool_commands(const Sdk& sdk, const fs::path& folder, const BuildEn
     const std::string own_headers = "-I" + folder.string();
 
     Words cpp = cxx;
-    append(cpp, {"-std=gnu++20", "-fpermissive"});
+    append(cpp, {"-std=gnu++20", "-fpermissive", "-Wno-error=narrowing"});
+    // A function that ends without its return goes on in its caller, as on an AVR, and not with
+    // what stands behind it: GCC 12 does that where its check of unreachable places is on
+    // (cp/cp-gimplify.cc, cp_maybe_instrument_return).
+    if (sdk.prepares_headers && environment.cxx.empty())
+        append(cpp, {"-fsanitize=unreachable", "-fsanitize-undefined-trap-on-error"});
     append(cpp, flags);
     CompileCommands& compile = tools.compile;
     compile.cpp = compile.c = as_arduino(sdk, long_32);

@@ -2,6 +2,8 @@
  * core/constants.h, and a test compares them. */
 #pragma once
 
+#include "arduino/core/formats.h" /* before the system's headers */
+
 #include <ctype.h>
 #include <math.h>
 #include <stdbool.h>

@@ -16,6 +16,22 @@ using word = std::uint16_t;
 using PinStatus = int;
 using BitOrder = int;
 
+namespace qduino::arduino {
+#if defined(QDUINO_LONG_32)
+/// `long` as a sketch has it. This header is read by the compiler itself, to which a `long` has 64
+/// bits.
+using Long = std::int32_t;
+using UnsignedLong = std::uint32_t;
+#else
+using Long = long;
+using UnsignedLong = unsigned long;
+#endif
+}  // namespace qduino::arduino
+
+/// For an object of the language: it is made before the objects of a sketch, whose constructors may
+/// use it. (GCC: the default priority is 65535.)
+#define QDUINO_BEFORE_SKETCH [[gnu::init_priority(1000)]]
+
 inline constexpr int LOW = 0;
 inline constexpr int HIGH = 1;
 inline constexpr int CHANGE = 2;

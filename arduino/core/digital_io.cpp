@@ -24,6 +24,9 @@ std::atomic<int> read_bits{10};
 std::atomic<int> write_bits{8};
 std::array<std::atomic<bool>, kPinCount> pwm_active{};
 std::array<std::atomic<bool>, kPinCount> outputs{};
+/// pinMode() made an input of it: a write to it switches its pull-up, as on an AVR.
+std::array<std::atomic<bool>, kPinCount> inputs{};
+std::array<std::atomic<bool>, kPinCount> pulled_up{};
 
 bool is_pin(const char* call, int pin) {
     return (pin >= 0 && pin < kPinCount) ||
@@ -63,7 +66,10 @@ void pinMode(int pin, int mode) {
         return;
     }
     if (!succeeded("pinMode", pin, board::current().pin_mode(pin_id(pin), known->second))) return;
-    outputs[static_cast<std::size_t>(pin)].store(mode == OUTPUT, std::memory_order_relaxed);
+    const auto number = static_cast<std::size_t>(pin);
+    outputs[number].store(mode == OUTPUT, std::memory_order_relaxed);
+    inputs[number].store(mode == INPUT || mode == INPUT_PULLUP, std::memory_order_relaxed);
+    pulled_up[number].store(mode == INPUT_PULLUP, std::memory_order_relaxed);
 }
 
 void qduino::arduino::make_output(int pin) {
@@ -78,6 +84,11 @@ void digitalWrite(int pin, int level) {
     if (!is_pin("digitalWrite", pin)) return;
     if (pwm_active[static_cast<std::size_t>(pin)].load(std::memory_order_relaxed)) end_pwm(pin, level);
     board::current().pin_write(pin_id(pin), level_of(level));
+    const auto number = static_cast<std::size_t>(pin);
+    if (inputs[number].load(std::memory_order_relaxed)) [[unlikely]] {
+        if (pulled_up[number].load(std::memory_order_relaxed) != (level != LOW))
+            pinMode(pin, level == LOW ? INPUT : INPUT_PULLUP);
+    }
 }
 
 bool safeState(int pin, int level) {

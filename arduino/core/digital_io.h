@@ -25,8 +25,8 @@ void analogReadResolution(int bits);   ///< 1…24
 void analogWriteResolution(int bits);  ///< 1…24
 
 // C has no default arguments: they are given here.
-unsigned long pulseIn(int pin, int level, unsigned long timeout_us = 1'000'000);
-unsigned long pulseInLong(int pin, int level, unsigned long timeout_us = 1'000'000);
+qduino_unsigned_long pulseIn(int pin, int level, unsigned long timeout_us = 1'000'000);
+qduino_unsigned_long pulseInLong(int pin, int level, unsigned long timeout_us = 1'000'000);
 /// A square wave of `frequency_hz` (31…65535; 0 is a rest) on `pin` for `duration_ms`, or until
 /// noTone(); returns at once. One pin sounds at a time: a second one is ignored while the first
 /// sounds, as on the AVR. See core/tone.cpp.

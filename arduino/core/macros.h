@@ -72,6 +72,12 @@
 #define attachInterruptVcpu(...) attachInterruptVcpu(qduino_time_unit(0), __VA_ARGS__)
 #define promiseProgress(...) promiseProgress(qduino_time_unit(0), __VA_ARGS__)
 
+// ---- bits of any place that can be assigned to: a variable, a bit-field, PORTB -----------------
+#define bitSet(value, index) ((value) |= (1ULL << (index)))
+#define bitClear(value, index) ((value) &= ~(1ULL << (index)))
+#define bitToggle(value, index) ((value) ^= (1ULL << (index)))
+#define bitWrite(value, index, level) ((level) ? bitSet(value, index) : bitClear(value, index))
+
 // ---- round, word -------------------------------------------------------------------------------
 #define round(x) round(::qduino::arduino::RoundArgument(x))
 #define word(...) makeWord(__VA_ARGS__)

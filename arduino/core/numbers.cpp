@@ -22,13 +22,8 @@ void randomSeed(unsigned long seed) {
     if (seed != 0) random_state.store(seed, std::memory_order_relaxed);
 }
 
-long random(long bound) {
-    if (bound <= 0) return 0;
-    return static_cast<long>(next_random() % static_cast<unsigned long>(bound));
-}
-
-long random(long low, long high) {
+std::int64_t qduino::arduino::random_between(std::int64_t low, std::int64_t high) {
     if (low >= high) return low;
-    const unsigned long span = static_cast<unsigned long>(high) - static_cast<unsigned long>(low);
-    return static_cast<long>(static_cast<unsigned long>(low) + next_random() % span);
+    const std::uint64_t span = static_cast<std::uint64_t>(high) - static_cast<std::uint64_t>(low);
+    return static_cast<std::int64_t>(static_cast<std::uint64_t>(low) + next_random() % span);
 }

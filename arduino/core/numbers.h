@@ -25,11 +25,13 @@ constexpr std::common_type_t<A, B> max(const A& a, const B& b) {
     return x < y ? y : x;
 }
 /// `value`, or the bound that it exceeds.
+/// The result has the type that arithmetic on all three has: constrain(5, 0.5, 2.5) is 2.5.
 template <typename T, typename L, typename H>
-constexpr T constrain(T value, L low, H high) {
-    if (value < low) return static_cast<T>(low);
-    if (high < value) return static_cast<T>(high);
-    return value;
+constexpr std::common_type_t<T, L, H> constrain(T value, L low, H high) {
+    using Result = std::common_type_t<T, L, H>;
+    if (value < low) return static_cast<Result>(low);
+    if (high < value) return static_cast<Result>(high);
+    return static_cast<Result>(value);
 }
 template <typename T>
 constexpr auto sq(T value) {
@@ -45,40 +47,36 @@ constexpr double degrees(double radians_angle) { return radians_angle * RAD_TO_D
 
 /// Maps `value` from one range to another in whole numbers, rounding towards zero. The result may
 /// lie outside the range. An empty source range yields `to_low` (the AVR divides by zero there).
-constexpr long map(long value, long from_low, long from_high, long to_low, long to_high) {
+constexpr qduino::arduino::Long map(qduino::arduino::Long value, qduino::arduino::Long from_low,
+                                    qduino::arduino::Long from_high, qduino::arduino::Long to_low,
+                                    qduino::arduino::Long to_high) {
     if (from_high == from_low) return to_low;
-    return (value - from_low) * (to_high - to_low) / (from_high - from_low) + to_low;
+    const std::int64_t place = std::int64_t{value} - from_low;
+    const std::int64_t width = std::int64_t{to_high} - to_low;
+    return static_cast<qduino::arduino::Long>(place * width / (std::int64_t{from_high} - from_low) + to_low);
 }
 
 // ---- random numbers: one sequence for the program, safe from every loop, wait-free --------------
 /// Starts the sequence at `seed`; 0 is ignored, as the AVR core does.
 void randomSeed(unsigned long seed);
-/// A number in [0, bound); 0 when bound is not positive.
-long random(long bound);
+namespace qduino::arduino {
 /// A number in [low, high); `low` when the range is empty.
-long random(long low, long high);
+[[nodiscard]] std::int64_t random_between(std::int64_t low, std::int64_t high);
+}  // namespace qduino::arduino
+/// A number in [low, high); `low` when the range is empty.
+inline qduino::arduino::Long random(qduino::arduino::Long low, qduino::arduino::Long high) {
+    return static_cast<qduino::arduino::Long>(qduino::arduino::random_between(low, high));
+}
+/// A number in [0, bound); 0 when bound is not positive.
+inline qduino::arduino::Long random(qduino::arduino::Long bound) { return random(0, bound); }
 
 // ---- bits and bytes -----------------------------------------------------------------------------
-constexpr unsigned long bit(unsigned index) { return 1UL << index; }
+constexpr qduino::arduino::UnsignedLong bit(unsigned index) {
+    return static_cast<qduino::arduino::UnsignedLong>(1ULL << index);
+}
 template <typename T>
 constexpr int bitRead(const T& value, unsigned index) {
     return static_cast<int>((value >> index) & 1);
-}
-template <typename T>
-constexpr T bitSet(T& value, unsigned index) {
-    return value = static_cast<T>(value | (std::uint64_t{1} << index));
-}
-template <typename T>
-constexpr T bitClear(T& value, unsigned index) {
-    return value = static_cast<T>(value & ~(std::uint64_t{1} << index));
-}
-template <typename T>
-constexpr T bitToggle(T& value, unsigned index) {
-    return value = static_cast<T>(value ^ (std::uint64_t{1} << index));
-}
-template <typename T, typename B>
-constexpr T bitWrite(T& value, unsigned index, B level) {
-    return level ? bitSet(value, index) : bitClear(value, index);
 }
 constexpr std::uint8_t lowByte(std::uint64_t value) { return static_cast<std::uint8_t>(value & 0xff); }
 constexpr std::uint8_t highByte(std::uint64_t value) {
@@ -99,8 +97,8 @@ class RoundArgument {
   public:
     explicit constexpr RoundArgument(T value) : value_(static_cast<Value>(value)) {}
     constexpr operator Value() const { return value_; }  // NOLINT: implicit on purpose
-    friend constexpr long round(RoundArgument argument) {
-        return static_cast<long>(argument.value_ < 0 ? argument.value_ - 0.5 : argument.value_ + 0.5);
+    friend constexpr Long round(RoundArgument argument) {
+        return static_cast<Long>(argument.value_ < 0 ? argument.value_ - 0.5 : argument.value_ + 0.5);
     }
 
   private:

@@ -16,6 +16,7 @@
 #include <cstdint>
 
 #include "arduino/core/constants.h"
+#include "arduino/core/port_bits.h"
 
 namespace qduino::arduino {
 

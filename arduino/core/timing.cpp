@@ -1,5 +1,8 @@
 #include "arduino/core/timing.h"
 
+#include <algorithm>
+
+#include "arduino/core/sketch_yield.h"
 #include "board/board.h"
 #include "runtime/runtime.h"
 
@@ -24,6 +27,9 @@ Nanoseconds since_start() {
     const auto* runtime = qduino::runtime::Runtime::current();
     return board::current().now() - (runtime ? runtime->made_at() : qduino::kEpoch);
 }
+
+/// How often delay() calls the yield() of a sketch.
+constexpr Nanoseconds kBetweenYields{1'000'000};
 
 constexpr std::size_t kSetupWorksMax = 4;
 void (*setup_works[kSetupWorksMax])(qduino::Instant) = {};
@@ -56,6 +62,10 @@ unsigned long long nanos() { return static_cast<unsigned long long>(to_ns(board:
 
 void delay(unsigned long ms) {
     const qduino::Instant until = board::current().now() + duration_of(ms, 1'000'000);
+    while (qduino::arduino::sketch_has_yield() && board::current().now() < until) {
+        yield();
+        qduino::arduino::wait_until(std::min(until, board::current().now() + kBetweenYields));
+    }
     qduino::arduino::wait_until(until);
 }
 void delayMicroseconds(unsigned long us) { board::current().busy_for(duration_of(us, 1'000)); }
@@ -64,8 +74,4 @@ void delayBusyNanoseconds(unsigned long ns) { board::current().busy_for(duration
 
 void delayBusyUntil(unsigned long long t_ns) {
     board::current().busy_until(qduino::kEpoch + duration_of(t_ns, 1));
-}
-
-void yield() {
-    if (auto* runtime = qduino::runtime::Runtime::current()) runtime->yield();
 }

@@ -98,7 +98,7 @@ class Player {
     bool high_ = false;
 };
 
-Player player;
+Player player QDUINO_BEFORE_SKETCH;
 
 void tone_loop() {
     if (!player.play_until(qduino::kForever)) waitForNextPeriod();

@@ -6,6 +6,12 @@
 
 #include <stdint.h>
 
+#if defined(QDUINO_LONG_32)
+typedef uint32_t qduino_unsigned_long; /* `unsigned long` as a sketch has it */
+#else
+typedef unsigned long qduino_unsigned_long;
+#endif
+
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -34,9 +40,9 @@ void shiftOut(int data_pin, int clock_pin, int order, uint8_t value);
 uint8_t shiftIn(int data_pin, int clock_pin, int order);
 /** Width in µs of the next whole pulse of `level`; 0 when none began and ended within `timeout_us`.
  * Spins, consuming budget; resolves 1 µs. */
-unsigned long pulseIn(int pin, int level, unsigned long timeout_us);
+qduino_unsigned_long pulseIn(int pin, int level, unsigned long timeout_us);
 /** The same; on this board one function serves both short and long pulses. */
-unsigned long pulseInLong(int pin, int level, unsigned long timeout_us);
+qduino_unsigned_long pulseInLong(int pin, int level, unsigned long timeout_us);
 
 /* ---- time ------------------------------------------------------------------------------------ */
 /** Since the start of the sketch. */

@@ -8,8 +8,8 @@
 
 using qduino::arduino::host::HidGadget;
 
-Keyboard_ Keyboard;
-Mouse_ Mouse;
+Keyboard_ Keyboard QDUINO_BEFORE_SKETCH;
+Mouse_ Mouse QDUINO_BEFORE_SKETCH;
 
 namespace {
 

@@ -67,7 +67,7 @@ using qduino::arduino::host::kDisk;
 using qduino::arduino::host::kPathCalls;
 using qduino::arduino::host::open_at;
 
-SDClass SD;
+SDClass SD QDUINO_BEFORE_SKETCH;
 
 // ---- File ---------------------------------------------------------------------------------------
 

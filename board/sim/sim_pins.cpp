@@ -46,6 +46,7 @@ Result<void> SimPins::pin_mode(PinId pin, PinMode mode) {
     if (state.output && !was_output)
         pin_write(pin, state.level);  // what was written before shows from now on
     if (was_output && !state.output) peripherals_.pin_released(loop_.now(), pin);
+    peripherals_.pin_pulled_up(loop_.now(), pin, mode == PinMode::input_pullup);
     return {};
 }
 

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Compiles a C or C++ file of a sketch or library as an Arduino's compiler would understand it.
 
-    as_arduino.py [--keep FOLDER]… [--long 64] [--prepared FOLDER] -- COMPILER ARGUMENT… -c SOURCE -o OBJECT
+    as_arduino.py [--keep FOLDER]… [--long 64] [--prepared FOLDER] [--main refused] -- COMPILER ARGUMENT… -c SOURCE -o OBJECT
 
 On a 64-bit Linux `long` has 64 bits. A library that computes with the 32 of an AVR compiles, and is wrong without a word: `(long)x` of a
 24-bit converter does not become negative, and `millis() - then` does not wrap. So the preprocessor runs first, and then each `long` in the
@@ -12,8 +12,10 @@ stays as it is: it describes code that is compiled already. A command without -c
 
 What changes for `long`, in its own columns so that the compiler's messages point where they should:
   - `unsigned long`, `long int`, `signed long` … → `unsigned int`, `int`; `long long` and `long double` stay;
-  - `1000UL`, `5L` → `1000U`, `5`; a number that needs more than 32 bits gets them, as on an AVR;
-  - `%ld`, `%lu` … in the texts of a call of printf, scanf and their family → `%d`, `%u`;
+  - `1000UL`, `5L` → `1000U`, `5`; a number that needs more than 32 bits is a `long long`, as on an AVR;
+  - `%ld`, `%lu` … in the texts of a call of printf, scanf and their family → `%d`, `%u`, so that the compiler's own check of formats is
+    right. What a format means when the program runs is arduino/core/formats.h's affair, which is read before everything else;
+  - `int64_t` and its like, which the system makes of its own `long` → `int64_q`, a `long long`, as on an AVR;
   - `ulong` and `u_long`, which the system has with 64 bits → `ul0ng`, `u_l0ng`, with 32. A library that declares such a name again
     (Keypad does) would contradict the system otherwise.
 
@@ -43,14 +45,25 @@ WORD = re.compile(r'[A-Za-z_]\w*|\S')
 # The words that may stand together before a declared name, in any order (C++20, [dcl.spec]).
 SPECIFIERS = {'unsigned', 'signed', 'long', 'int', 'short', 'double', 'char', 'const', 'volatile', 'static', 'extern', 'register',
               'constexpr', 'mutable', 'inline', 'typedef', 'virtual', '__extension__', '_Complex', '__volatile__', 'thread_local'}
-WHOLE_NUMBER = re.compile(r"(?P<digits>0[xX][\da-fA-F']+|0[bB][01']+|\d[\d']*)(?P<suffix>[uU]?[lL]|[lL][uU])$")
+WHOLE_NUMBER = re.compile(r"(?P<digits>0[xX][\da-fA-F']+|0[bB][01']+|\d[\d']*)(?P<suffix>[uU]?[lL]|[lL][uU]|[uU])?$")
 # <limits.h> makes LONG_MAX and the like of it.
 LONG_MAX_64, LONG_MAX_32 = '0x7fffffffffffffff', '0x7fffffff'
 FORMATTED = re.compile(r'printf|scanf')
 LONG_FORMAT = re.compile(r'(%[-+ #0\']*(?:\*|\d+)?(?:\.(?:\*|\d*))?)l(?=[diouxXn])')
 PREPARED = '#pragma GCC pch_preprocess '
-SYSTEM_LONG = re.compile(r'\b(?:ulong|u_long)\b')
-SYSTEM_LONG_32 = 'typedef unsigned int ul0ng;\ntypedef unsigned int u_l0ng;\n'
+# Names of the system for a `long` of its own: what they become, of the same length, and what that
+# is.
+SYSTEM_LONG = {'ulong': ('ul0ng', 'unsigned int'), 'u_long': ('u_l0ng', 'unsigned int')}
+for name in ('int64_t', 'int_least64_t', 'int_fast64_t'):
+    SYSTEM_LONG[name] = (name[:-1] + 'q', 'long long')
+    SYSTEM_LONG['u' + name] = ('u' + name[:-1] + 'q', 'unsigned long long')
+for name in ('int_fast16_t', 'int_fast32_t'):
+    SYSTEM_LONG[name] = (name[:-1] + 'q', 'int')
+    SYSTEM_LONG['u' + name] = ('u' + name[:-1] + 'q', 'unsigned int')
+SYSTEM_LONG_NAME = re.compile(r'\b(?:' + '|'.join(SYSTEM_LONG) + r')\b')
+# Found as a system's header, by -isystem: what it says is not the sketch's.
+FORMATS_HEADER = 'arduino/core/formats.h'
+FORMATS = re.compile(r'\bv?(?:s|sn|f)?printf\b|\bv?[sf]?scanf\b|\bstrtou?l\b')
 TWICE = re.compile(r'cannot be overloaded with|redefinition of')
 ROUNDS = 8  # of asking the compiler which declarations have become the same
 OTHER_LONG = '''template <typename T>
@@ -220,15 +233,13 @@ class Text:
             if match['number']:
                 number = WHOLE_NUMBER.match(match[0])
                 if number:
-                    digits = LONG_MAX_32 if number['digits'].lower() == LONG_MAX_64 else number['digits']
-                    unsigned = 'U' if 'u' in number['suffix'].lower() else ''
-                    edits.append((*match.span(), (digits + unsigned).ljust(len(match[0]))))
+                    edits.append((*match.span(), number_of_32_bits(number['digits'], number['suffix'] or '').ljust(len(match[0]))))
             elif match['string'] and '%' in match[0] and self.is_format(match.start()):
                 edits.append((*match.span(), LONG_FORMAT.sub(r'\1', match[0])))
         return edits
 
     def edits_of_system_long(self):
-        return [(*match.span(), match[0].replace('long', 'l0ng')) for match in SYSTEM_LONG.finditer(self.code)]
+        return [(*match.span(), SYSTEM_LONG[match[0]][0]) for match in SYSTEM_LONG_NAME.finditer(self.code)]
 
     def edits_of_waits(self):
         """Loops without a body whose head changes nothing: they wait."""
@@ -281,6 +292,27 @@ class Text:
         return False
 
 
+def number_of_32_bits(digits, suffix):
+    """A whole number as it stands where a `long` has 32 bits: C++20, [lex.icon], the types that a literal may have."""
+    if digits.lower() == LONG_MAX_64 and 'l' in suffix.lower():
+        digits = LONG_MAX_32
+    plain = digits.replace("'", '').lower()
+    decimal = not plain.startswith('0')
+    value = int(plain, 10 if decimal else 16 if plain.startswith('0x') else 2 if plain.startswith('0b') else 8)
+    unsigned = 'U' if 'u' in suffix.lower() else ''
+    if value < (1 << 32 if unsigned or not decimal else 1 << 31):
+        return digits + unsigned
+    return digits + (unsigned or ('' if decimal and value < 1 << 63 else 'U' if value >= 1 << 63 else '')) + 'LL'
+
+
+def typedefs_of_system_long(names, cpp):
+    """What stands before the text for the names that it has."""
+    out = ''.join('typedef %s %s;\n' % SYSTEM_LONG[name][::-1] for name in names)
+    if out and cpp:
+        out += 'namespace std {\n' + ''.join('using ::%s;\n' % SYSTEM_LONG[name][0] for name in names) + '}\n'
+    return out
+
+
 def diagnostics(command):
     """The compiler's messages as it gives them to programs; none where it cannot."""
     done = subprocess.run([*command, '-fdiagnostics-format=json'], capture_output=True, text=True, check=False)
@@ -298,6 +330,19 @@ def declared_twice(messages):
             yield [(caret['file'], caret['line'], caret.get('byte-column', caret['column'])) for caret in found]
 
 
+def main_of(text):
+    """True, and says so, when the sketch has a main() of its own: it would take the place of the board's."""
+    for match in re.finditer(r'(?<![\w.:>])main\s*\([^(){};]*\)\s*\{', text.code):
+        before = text.code[:match.start()]
+        if before.count('{') != before.count('}'):
+            continue
+        place = [place for place in text.places if place.start <= match.start()][-1]
+        print(f'{place.file}:{place.line}:{match.start() - place.start + 1}: error: a sketch has no main(): the board has it, and calls '
+              'setup() and loop(). Move what stands here into these two.', file=sys.stderr)
+        return True
+    return False
+
+
 def without(arguments, flag, values):
     """`arguments` without `flag` and so many words behind it."""
     at = arguments.index(flag) if flag in arguments else len(arguments)
@@ -308,7 +353,8 @@ def compile_text(text, unit, compiling):
     """Compiles what has become of the text; sets declarations apart until no two are the same. Returns the exit status."""
     for _ in range(ROUNDS):
         head = OTHER_LONG if text.apart and unit.suffix == '.ii' else ''
-        head += SYSTEM_LONG_32 if text.long_32 and text.edits_of_system_long() else ''
+        if text.long_32:
+            head += typedefs_of_system_long(sorted(set(SYSTEM_LONG_NAME.findall(text.code))), unit.suffix == '.ii')
         # A word of the language before the pragma would forbid it.
         prepared, pragma, rest = text.converted().rpartition(PREPARED)
         named, newline, rest = rest.partition('\n') if pragma else ('', '', rest)
@@ -342,7 +388,14 @@ def main():
     preprocessed = subprocess.run([*bare, '-E', str(source), '-o', str(unit)], check=False)
     if preprocessed.returncode != 0:
         return preprocessed.returncode
-    text = Text(unit.read_text(encoding='utf-8', errors='surrogateescape'), kept, 64 if ('--long', '64') in options else 32, own)
+    long_bits = 64 if ('--long', '64') in options else 32
+    text = Text(unit.read_text(encoding='utf-8', errors='surrogateescape'), kept, long_bits, own)
+    if ('--main', 'refused') in options and main_of(text):
+        return 1
+    formats = any(os.path.exists(os.path.join(folder, FORMATS_HEADER)) for folder in kept)
+    if formats and long_bits == 32 and PREPARED not in text.original and 'qduino_printf' not in text.original and FORMATS.search(text.code):
+        subprocess.run([*bare, '-include', FORMATS_HEADER, '-E', str(source), '-o', str(unit)], check=True)
+        text = Text(unit.read_text(encoding='utf-8', errors='surrogateescape'), kept, long_bits, own)
     compiling = [*without(without(bare, '-MD', 0), '-MF', 1), '-c', str(unit), '-o', output]
     status = compile_text(text, unit, compiling)
     unit.unlink()

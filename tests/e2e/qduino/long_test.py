@@ -86,7 +86,89 @@ void loop() { delay(100000000UL); }
 """
 
 
+# Formats that travel, and what a sketch calls a number of 64 bits.
+TRAVELLING = """
+#include <inttypes.h>
+#include <stdarg.h>
+const char kFormat[] PROGMEM = "%ld|%lu";
+void say(const char* format, ...) {
+  char text[80];
+  va_list values;
+  va_start(values, format);
+  vsnprintf(text, sizeof text, format, values);
+  va_end(values);
+  Serial.println(text);
+}
+int bytes_of(int) { return 4; }
+int bytes_of(long long) { return 8; }
+void setup() {
+  Serial.begin(9600);
+  char text[80];
+  say("%ld %s", -1L, "x");
+  sprintf_P(text, kFormat, -2L, 4294967295UL);
+  Serial.println(text);
+  sprintf(text, millis() == 0 ? "a%ld" : "b%ld", -3L);
+  Serial.println(text);
+  long got[2] = {5, 77};
+  const char* format = "%ld";
+  sscanf("-5", format, &got[0]);
+  say("%ld %ld", got[0], got[1]);
+  say("%" PRId64 " %" PRIu64 " %lld", (int64_t)-7, UINT64_MAX, -8LL);
+  say("%d %d %d", bytes_of((int64_t)5), bytes_of(5000000000), bytes_of(INT64_C(1) << 33));
+  say("%d %d %d", (int)sizeof(random(5)), (int)sizeof(map(1, 2, 3, 4, 5)), (int)sizeof(Serial.parseInt()));
+  say("%ld %lu", strtol("3000000000", 0, 10), strtoul("-1", 0, 10));
+}
+void loop() { delay(1000); }
+"""
+
+
+# An own yield(), Serial and a pin in a constructor, a value function without its return, tables
+# that narrow, bits of a port, an open input that is pulled up.
+AS_ON_AN_AVR = """
+volatile int yielded = 0;
+void yield() { yielded = 1; }
+struct Logger { Logger() { Serial.begin(9600); pinMode(13, OUTPUT); digitalWrite(13, HIGH); } } logger;
+int greet() { Serial.println("hello"); }
+const char kGlyphs[] = {0x81, 0x42};
+const byte kMask[] = {-1};
+void setup() {
+  greet();
+  Serial.println(digitalRead(13));
+  delay(5);
+  Serial.println(yielded);
+  bitSet(PORTB, PB6);
+  struct { unsigned low : 3; } field = {};
+  bitSet(field.low, 2);
+  Serial.println((int)field.low);
+  Serial.println((int)kGlyphs[0]);
+  Serial.println(kMask[0]);
+  pinMode(4, INPUT); digitalWrite(4, HIGH);
+  pinMode(5, INPUT_PULLUP);
+  pinMode(6, INPUT);
+  Serial.print(digitalRead(4)); Serial.print(digitalRead(5)); Serial.println(digitalRead(6));
+}
+void loop() { delay(1000); }
+"""
+
+
 class Long(SketchCase):
+    def test_formats_travel(self):
+        self.write("travelling/travelling.ino", TRAVELLING)
+        done = self.run_qduino("sim", "travelling", "--for", "1")
+        self.assertEqual(done.stdout.splitlines()[:8], ["-1 x", "-2|4294967295", "a-3", "-5 77", "-7 18446744073709551615 -8", "8 8 8",
+                                                        "4 4 4", "2147483647 4294967295"], done.stderr)
+
+    def test_what_works_on_an_avr(self):
+        self.write("avr/avr.ino", AS_ON_AN_AVR)
+        self.write("avr/src/.git/old.cpp", "no source of the sketch's")
+        done = self.run_qduino("sim", "avr", "--for", "1")
+        self.assertEqual(done.stdout.split()[:7], ["hello", "1", "1", "4", "-127", "255", "110"], done.stderr)
+
+    def test_a_main_of_its_own_is_refused_by_name(self):
+        self.write("own/own.ino", "void setup() {}\nvoid loop() {}\nint main() {\n  for (;;) loop();\n}\n")
+        failed = self.run_qduino("build", "own", "--only", "sim", status=1)
+        self.assertRegex(failed.stderr, r"own\.ino:3:5: error: a sketch has no main\(\)")
+
     def sketch(self, width):
         self.write("kinds/kinds.ino", SKETCH.replace("BYTES", str(width // 8)))
         self.write("kinds/kinds.h", LIBRARY)

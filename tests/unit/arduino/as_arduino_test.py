@@ -124,6 +124,13 @@ class Compiled(unittest.TestCase):
                      'static_assert(sizeof(5000000000UL) == 8 && sizeof(5LL) == 8 && sizeof(5ULL) == 8 && sizeof(1.5L) == 16);\n'
                      'static_assert(0xFFFFFFUL * 256UL + 255UL + 1UL == 0);\n')
 
+    def test_wide_numbers_and_names_are_long_long(self):
+        self.compile('wide.cpp', '#include <cstdint>\n#include <type_traits>\n#define IS(x, T) static_assert(std::is_same_v<decltype(x), T>)\n'
+                     'IS(5000000000, long long); IS(2147483648, long long); IS(2147483647, int); IS(0xFFFFFFFF, unsigned); IS(0x1FFFFFFFFL, long long);\n'
+                     'IS(0xFFFFFFFFFFFFFFFF, unsigned long long); IS(4294967296u, unsigned long long); IS(037777777777, unsigned); IS(INT64_MIN, long long);\n'
+                     'IS(int64_t(), long long); IS(std::uint64_t(), unsigned long long); IS(int_fast32_t(), int);\n'
+                     'typedef signed long long int64_t;\nint64_t f(int64_t x) { return x; }\n')
+
     def test_formats_and_overloads(self):
         said = self.output('formats.cpp', """
 #include <cstdio>

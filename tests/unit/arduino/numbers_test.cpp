@@ -19,6 +19,11 @@ TEST(ArduinoNumbers, ConstrainHoldsInsideBothBounds) {
     EXPECT_EQ(constrain(75, 10, 150), 75);
     EXPECT_EQ(constrain(200, 10, 150), 150);
     EXPECT_DOUBLE_EQ(constrain(1.5, 0, 1), 1.0);
+    // The type is that of arithmetic on all three: no bound is cut to the value's own.
+    EXPECT_EQ(constrain(byte{20}, 300, 1023), 300);
+    EXPECT_EQ(constrain('z', 200, 300), 200);
+    EXPECT_DOUBLE_EQ(constrain(0, 0.5, 2.5), 0.5);
+    EXPECT_DOUBLE_EQ(constrain(9, 0.0, 2.5), 2.5);
 }
 
 TEST(ArduinoNumbers, MapGoesThroughWholeNumbers) {
