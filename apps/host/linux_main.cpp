@@ -8,6 +8,7 @@
 #include "apps/command_line/command_line.h"
 #include "apps/guarantee/guarantee_report.h"
 #include "apps/host/admission_report.h"
+#include "apps/host/crash_report.h"
 #include "apps/host/sketch_main.h"
 #include "apps/host/sketch_report.h"
 #include "apps/terminal/program.h"
@@ -113,5 +114,9 @@ int main(int argc, char** argv) {
     if (options.name.ends_with("-linux")) options.name.resize(options.name.size() - 6);
     board::linux::LinuxConfig config;
     if (const std::string wrong = read_config(options, config); !wrong.empty()) return fail(wrong);
+    apps::prepare_crash_words();
+    config.last_words = [](int signal, const siginfo_t* info, const void* machine_context) {
+        apps::say_crash(apps::name_of_vcpu(board::current().current_vcpu()), signal, info, machine_context);
+    };
     return run(options, std::move(config));
 }

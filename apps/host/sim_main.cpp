@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <csignal>
 #include <cstdio>
@@ -19,6 +20,7 @@
 #include "apps/host/chain_report.h"
 #include "apps/host/chrome_trace.h"
 #include "apps/host/code_place.h"
+#include "apps/host/crash_report.h"
 #include "apps/host/plan_picture.h"
 #include "apps/host/schedule_trace.h"
 #include "apps/host/sketch_main.h"
@@ -105,6 +107,46 @@ void give_up_after_stop(int) {
     static_cast<void>(!::write(STDERR_FILENO, kText, sizeof kText - 1));
     ::_exit(1);
 }
+
+board::sim::SimBoard* crashing_board = nullptr;
+
+void end_with_words(int signal, siginfo_t* info, void* context) {
+    crashing_board->force_safe_states();
+    apps::settle_sketch_output();
+    apps::say_crash(apps::name_of_vcpu(crashing_board->current_vcpu()), signal, info, context);
+    ::_exit(1);
+}
+
+/// While it lives, a crash of the sketch ends the program with the line and the cause. On the
+/// thread that runs the board.
+class CrashWords {
+  public:
+    explicit CrashWords(board::sim::SimBoard& board) {
+        crashing_board = &board;
+        apps::prepare_crash_words();
+        stack_t stack{};
+        stack.ss_sp = memory_.data();
+        stack.ss_size = memory_.size();
+        ::sigaltstack(&stack, nullptr);
+        struct sigaction action {};
+        action.sa_sigaction = &end_with_words;
+        action.sa_flags = SA_SIGINFO | SA_ONSTACK | static_cast<int>(SA_RESETHAND);
+        for (std::size_t i = 0; i < kSignals.size(); ++i) ::sigaction(kSignals[i], &action, &before_[i]);
+    }
+    ~CrashWords() {
+        for (std::size_t i = 0; i < kSignals.size(); ++i) ::sigaction(kSignals[i], &before_[i], nullptr);
+        stack_t none{};
+        none.ss_flags = SS_DISABLE;
+        ::sigaltstack(&none, nullptr);
+    }
+    CrashWords(const CrashWords&) = delete;
+    CrashWords& operator=(const CrashWords&) = delete;
+
+  private:
+    static constexpr std::array kSignals{SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT};
+    std::vector<std::byte> memory_ = std::vector<std::byte>(256 * 1024);
+    std::array<struct sigaction, kSignals.size()> before_{};
+};
 
 /// Writes the picture, if one is asked for. Returns what to say of it.
 Result<std::string> draw_to(const std::string& path, const apps::picture::Schedule& schedule) {
@@ -258,6 +300,7 @@ int run(const Options& options) {
     std::signal(SIGALRM, give_up_after_stop);
     apps::stop_on_signals(kPatienceSeconds);
     const board::sim::EndlessJumps jumps(board.event_loop(), give_up_at);
+    const CrashWords crashes(board);
     return apps::run_sketch(board, options, course);
 }
 
@@ -338,6 +381,7 @@ int check(const Options& options) {
     checked_board = &board;
     const bool runs_setup = table.setup && apps::setup_may_declare();
     const board::sim::EndlessJumps jumps(board.event_loop(), nullptr);
+    const CrashWords crashes(board);
     std::signal(SIGALRM, give_up_on_setup);
     ::alarm(2 * kSetupSeconds);
     const Result<void> begun = runtime.begin(table, runs_setup ? &run_checked_setup : nullptr);

@@ -1,6 +1,7 @@
 #include "apps/host/spin_report.h"
 
 #include "apps/host/code_place.h"
+#include "apps/host/crash_report.h"
 #include "apps/terminal/human.h"
 #include "base/text.h"
 
@@ -13,19 +14,13 @@ std::string place_of(const SpinSeen& seen) {
     return apps::place_of(std::span(seen.spin.stack.address).first(seen.spin.stack.depth));
 }
 
-std::string name_of(board::VcpuId vcpu) {
-    if (vcpu == board::kNoVcpu) return "setup()";
-    if (vcpu >= board::kFirstIoVcpu) return text<std::string>("a handler on io ", vcpu);
-    return text<std::string>("loop ", vcpu);
-}
-
 }  // namespace
 
 std::string spin_verdict(const std::vector<SpinSeen>& spins) {
     std::string out;
     for (const SpinSeen& seen : spins) {
         if (!seen.goes_on || seen.vcpu == board::kNoVcpu) continue;
-        write(out, name_of(seen.vcpu), " spins at ", place_of(seen), ", since ",
+        write(out, name_of_vcpu(seen.vcpu), " spins at ", place_of(seen), ", since ",
               human_duration(seen.spin.begun - kEpoch), "; ");
     }
     return out;
@@ -35,7 +30,7 @@ std::string spin_notes(const std::vector<SpinSeen>& spins) {
     std::string out;
     for (const SpinSeen& seen : spins) {
         if (seen.goes_on) continue;
-        write(out, name_of(seen.vcpu), " ran on at ", place_of(seen),
+        write(out, name_of_vcpu(seen.vcpu), " ran on at ", place_of(seen),
               " and asked the board for nothing: taken for a spin of ", human_duration(seen.spin.lasted),
               ".\n  If it computed, let the board file allow more: [sim] spin_limit.\n");
     }

@@ -13,11 +13,12 @@ namespace {
 
 constexpr std::array kFatal{SIGSEGV, SIGBUS, SIGILL, SIGFPE, SIGABRT};
 constexpr std::array kStop{SIGINT, SIGTERM, SIGALRM};
-constexpr std::size_t kSignalStackBytes = 64 * 1024;
+constexpr std::size_t kSignalStackBytes = 256 * 1024;
 
 Will g_will;
 std::atomic<bool> g_will_done{false};
 std::atomic<bool> g_stop_asked{false};
+std::atomic<bool> g_fatal_seen{false};  // also where the last words themselves crash
 std::array<struct sigaction, kFatal.size()> g_fatal_before;
 std::array<struct sigaction, kStop.size()> g_stop_before;
 ContractHandler g_contract_before = nullptr;
@@ -26,8 +27,10 @@ void carry_out_will() {
     if (g_will.last_will && !g_will_done.exchange(true)) g_will.last_will(g_will.context);
 }
 
-extern "C" void on_fatal(int signal) {
+extern "C" void on_fatal(int signal, siginfo_t* info, void* machine_context) {
+    const bool first = !g_fatal_seen.exchange(true);
     carry_out_will();
+    if (first && g_will.last_words) g_will.last_words(signal, info, machine_context);
     // Dies of the same signal: the parent sees it, and a core is dumped if asked for.
     ::signal(signal, SIG_DFL);
     ::raise(signal);
@@ -49,10 +52,8 @@ void on_broken_contract(const char* condition, const char* file, int line) {
     if (g_contract_before) g_contract_before(condition, file, line);
 }
 
-void install(int signal, void (*handler)(int), int flags, struct sigaction& before) {
-    struct sigaction action {};
-    action.sa_handler = handler;
-    action.sa_flags = SA_ONSTACK | flags;
+void install(int signal, struct sigaction action, int flags, struct sigaction& before) {
+    action.sa_flags |= SA_ONSTACK | flags;
     sigemptyset(&action.sa_mask);
     ::sigaction(signal, &action, &before);
 }
@@ -64,10 +65,15 @@ FatalSignals::FatalSignals(Will will) {
     g_will = will;
     g_will_done = false;
     g_stop_asked = false;
+    g_fatal_seen = false;
+    struct sigaction fatal {};
+    fatal.sa_sigaction = on_fatal;
     for (std::size_t i = 0; i < kFatal.size(); ++i)
-        install(kFatal[i], on_fatal, SA_RESTART, g_fatal_before[i]);
+        install(kFatal[i], fatal, SA_RESTART | SA_SIGINFO, g_fatal_before[i]);
     // No SA_RESTART: a stop also ends a wait of setup().
-    for (std::size_t i = 0; i < kStop.size(); ++i) install(kStop[i], on_stop, 0, g_stop_before[i]);
+    struct sigaction stop {};
+    stop.sa_handler = on_stop;
+    for (std::size_t i = 0; i < kStop.size(); ++i) install(kStop[i], stop, 0, g_stop_before[i]);
     g_contract_before = set_contract_handler(on_broken_contract);
 }
 

@@ -23,6 +23,9 @@ struct Will {
     void (*last_will)(void* context) = nullptr;
     void (*stop)(void* context) = nullptr;
     void* context = nullptr;
+    /// Says why, after the will, on the thread that got the signal. It may take some time; null:
+    /// nothing is said.
+    void (*last_words)(int signal, const siginfo_t* info, const void* machine_context) = nullptr;
 };
 
 /// Installs the handlers while it lives; there can be one at a time. Setup-time.

@@ -62,7 +62,8 @@ Result<std::unique_ptr<LinuxBoard>> LinuxBoard::open(LinuxConfig config) {
     if (board->config_.handle_signals) {
         board->signals_ = std::make_unique<FatalSignals>(
             Will{[](void* self) { static_cast<LinuxBoard*>(self)->force_safe_states(); },
-                 [](void* self) { static_cast<LinuxBoard*>(self)->request_stop(); }, board.get()});
+                 [](void* self) { static_cast<LinuxBoard*>(self)->request_stop(); }, board.get(),
+                 board->config_.last_words});
     }
     return board;
 }

@@ -2,6 +2,7 @@
 // computer. Plain data; an app fills it in.
 #pragma once
 
+#include <csignal>
 #include <string>
 #include <vector>
 
@@ -63,6 +64,8 @@ struct LinuxConfig {
     int priority_lowest = 40;   ///< longer periods than there are priorities share this one
     std::size_t stack_bytes = std::size_t{1} << 20;  ///< of each VCPU, faulted in before it starts
 
+    /// Says why the sketch dies, in a handler of a fatal signal: fatal_signals.h.
+    void (*last_words)(int signal, const siginfo_t* info, const void* machine_context) = nullptr;
     /// SIGINT, SIGTERM stop the board; fatal signals force the safe states first.
     bool handle_signals = true;
     /// A loop counts as hung when it was not heard of for so long, and has not announced a longer
