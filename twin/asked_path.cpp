@@ -26,7 +26,7 @@ AskedPath::AskedPath(ByteSource& source, const Position& start, const Machine& m
       program_(start),
       machine_(start),
       flavour_(machine.flavour) {
-    filament_.programmed = filament_.peak_mm = start[kExtruder];
+    filament_.peak_mm = start[kExtruder];
     filament_.diameter_mm = machine.filament_diameter_mm;
     const Position home = home_of(machine);
     for (std::size_t axis = 0; axis < kSlideCount; ++axis) home_mm_[axis] = home[axis];

@@ -95,7 +95,7 @@ class AskedPath {
         Position code{};  ///< SET_GCODE_OFFSET: added, also after a G28
     };
     struct Filament {
-        double programmed = 0;  ///< what the words of E have counted to
+        double programmed = 0;  ///< what the words of E have counted to: from 0 in each job
         double flow = 1;
         double scale = 1;           ///< M92 E
         double diameter_mm = 1.75;  ///< M200 D

@@ -46,7 +46,8 @@ Job::~Job() {
 }
 
 // Somebody may have jogged between jobs: an axis that is not where the last job left it begins
-// where it stands.
+// where it stands. Filament always does: no switch gives it a place, so a job counts it from the
+// step that the motor is on. Else what is left of a step would add up from job to job.
 InspectionStart Job::start_for(Printer& printer, Instant now, const std::optional<InspectionStart>& before) {
     const PrinterState state = printer.state(now);
     if (!before) return InspectionStart::at_power_on(printer.machine(), state.position_steps, state.pressed);
@@ -63,8 +64,7 @@ InspectionStart Job::start_for(Printer& printer, Instant now, const std::optiona
             jogged = static_cast<std::uint8_t>(jogged | gantry.slides_of(axis));
     if (jogged != 0 && !gantry.is_linear()) jogged = 0b111;
     for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
-        const bool moved =
-            axis < kSlideCount ? (jogged >> axis & 1u) != 0 : start.built[axis] != state.position_steps[axis];
+        const bool moved = axis == kExtruder || (jogged >> axis & 1u) != 0;
         start.built[axis] = state.position_steps[axis];
         if (moved) start.asked_mm[axis] = there[axis];
     }

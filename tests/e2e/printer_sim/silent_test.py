@@ -90,11 +90,12 @@ class Silent(unittest.TestCase):
         self.folder = tempfile.TemporaryDirectory()
         self.addCleanup(self.folder.cleanup)
 
-    def run_sim(self, content):
+    def run_sim(self, content, times=1):
+        """The report is of the last of so many `times`, by one printer."""
         job, report = os.path.join(self.folder.name, "job.gcode"), os.path.join(self.folder.name, "report.json")
         with open(job, "wb") as file:
             file.write(content if isinstance(content, bytes) else content.encode())
-        done = subprocess.run([PROGRAM, job, "--report", report], capture_output=True, text=True, timeout=100, check=False)
+        done = subprocess.run([PROGRAM, job, "--report", report] + ["--before", job] * (times - 1), capture_output=True, text=True, timeout=100, check=False)
         if done.returncode == 2:
             return done, {}
         with open(report, encoding="utf-8") as file:
@@ -109,6 +110,17 @@ class Silent(unittest.TestCase):
                     self.assertAlmostEqual(report["final_position_mm"][axis], expected, delta=0.0126)
                 for each in ("asked", "built"):
                     self.assertAlmostEqual(report["filament_mm"][each], filament, delta=0.02)
+
+    def test_a_job_counts_its_filament_anew_behind_others(self):
+        """A third of a step is left over each time. E counts from 0 in each job: there need be no G92 E0."""
+        for mode, words in (("M82", (0.1, 0.2034)), ("M83", (0.1, 0.1034))):
+            lines = "%s\nG1 X60 E%s F1200\nG1 X90 E%s\n" % (mode, *words)
+            for times in (2, 3, 4):
+                with self.subTest(mode, times=times):
+                    done, report = self.run_sim(START.replace("G92 E0\n", "") + lines + END, times)
+                    self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+                    self.assertAlmostEqual(report["filament_mm"]["asked"], 0.2034, places=6)
+                    self.assertAlmostEqual(report["filament_mm"]["built"], 0.2034, delta=0.0053)
 
     def test_a_circle_is_as_long_as_it_is(self):
         """62.8 mm: it takes two seconds, and never no time at all."""

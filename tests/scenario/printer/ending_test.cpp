@@ -79,6 +79,51 @@ TEST(Ending, ACancelledJobLeavesThePart) {
     expect_left(bench);
 }
 
+/// Heat is off from the last move on: what is left in the nozzle would ooze on the part, and the way
+/// out takes seconds. Runs until the job is over, and looks all along the way out of the part.
+void expect_cold_way_out(PrinterBench& bench, double part_z_mm) {
+    int looks = 0;
+    const auto is_over = [&] {
+        if (bench.metal().position_mm[2] > part_z_mm + 0.1) {
+            ++looks;
+            EXPECT_EQ(bench.heat().hot_end.target_celsius, 0) << "Z " << bench.metal().position_mm[2];
+            EXPECT_EQ(bench.heat().bed.target_celsius, 0);
+            EXPECT_EQ(bench.heat().hot_end.duty, 0);
+        }
+        return bench.status().outcome != JobOutcome::running;
+    };
+    ASSERT_TRUE(bench.run_until(is_over, 60));
+    EXPECT_GT(looks, 5) << "the way out was not seen";
+    // And it stays so: the pins of both heaters are low.
+    bench.run(2);
+    EXPECT_EQ(bench.metal().heater_duty[0], 0);
+    EXPECT_EQ(bench.metal().heater_duty[1], 0);
+}
+
+TEST(Ending, TheWayOutOfThePartIsColdAlready) {
+    PrinterBench bench;
+    ASSERT_TRUE(bench.begin());
+    bench.job(kWithoutEnd);
+    ASSERT_TRUE(bench.run_until([&] { return bench.metal().position_mm[3] > 3; }, 600));
+    ASSERT_GT(bench.heat().hot_end.target_celsius, 0);
+    expect_cold_way_out(bench, 0.3);
+    EXPECT_EQ(bench.status().outcome, JobOutcome::completed) << bench.fault();
+}
+
+TEST(Ending, TheWayOutOfACancelledPartIsColdAlready) {
+    PrinterBench bench;
+    ASSERT_TRUE(bench.begin());
+    std::string text = kWithoutEnd;
+    for (int i = 0; i < 20; ++i) text += i % 2 == 0 ? "G1 X80 E1 F600\n" : "G1 X60 E1\n";
+    bench.job(text);
+    ASSERT_TRUE(bench.run_until([&] { return bench.metal().position_mm[3] > 5; }, 600));
+    bench.command(link::Command::cancel);
+    // Typed behind it, as by a host that polls: a job that is over takes no heat from anybody.
+    bench.type("M104 S200");
+    expect_cold_way_out(bench, 0.3);
+    EXPECT_EQ(bench.status().outcome, JobOutcome::cancelled);
+}
+
 TEST(Ending, ALineThatFailsInThePartLeavesIt) {
     PrinterBench bench;
     ASSERT_TRUE(bench.begin());

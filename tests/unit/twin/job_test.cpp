@@ -4,6 +4,8 @@
 
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <optional>
+#include <string>
 
 #include "tests/unit/twin/pin_player.h"
 #include "tests/unit/twin/text_source.h"
@@ -184,6 +186,21 @@ TEST(TwinJob, TheNextJobBeginsWhereThisOneEnded) {
     Job third(printer, text("G1 X10\n"), wall.player.now, second.next_start());
     wall.go(0, 1);
     EXPECT_TRUE(third.finish(wall.player.now).matches);
+}
+
+// A third of a step is over at the end of each. A machine counts filament from where its motor
+// stands when a job begins: what is over does not add up.
+TEST(TwinJob, EachJobCountsItsFilamentFromTheStepThatItBeginsOn) {
+    Printer printer{Machine{}};
+    PinPlayer player(printer);
+    std::optional<InspectionStart> place;
+    for (const char* const mode : {"M83\n", "M82\n", "M83\n", "M82\n", "M82\n"}) {
+        Job job(printer, text(std::string{mode} + "G1 E0.1\nG1 X0 E0.10347\n"), player.now, place);
+        player.steps(kExtruder, 1, std::string{mode} == "M83\n" ? 20 : 10, us(300));
+        const Report report = job.finish(player.now);
+        EXPECT_TRUE(report.matches) << to_json(report);
+        place = job.next_start();
+    }
 }
 
 TEST(TwinJob, AJobThatIsDroppedStopsWatching) {
