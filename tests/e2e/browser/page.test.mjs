@@ -388,6 +388,37 @@ test('a part of 140 mm is as bright as one of 20 mm, and one of short pieces, to
   }
 });
 
+test('the part stands on the bed: its foot and the bed around it are darker', async () => {
+  /** Of the bed's ground, how dark the darkest hundredth is against its lightest half: 1 is alike. */
+  const ground = async (page, at) => {
+    const png = (await at('canvas').screenshot()).toString('base64');
+    return page.evaluate(async (bytes) => {
+      const image = new Image();
+      image.src = `data:image/png;base64,${bytes}`;
+      await image.decode();
+      const copy = Object.assign(document.createElement('canvas'), { width: image.width, height: image.height });
+      const drawing = copy.getContext('2d');
+      drawing.drawImage(image, 0, 0);
+      const { data } = drawing.getImageData(0, Math.round(image.height * 0.35), image.width - 60, Math.round(image.height * 0.5));
+      const greys = [];
+      for (let i = 0; i < data.length; i += 4) if (Math.max(data[i], data[i + 1], data[i + 2]) - Math.min(data[i], data[i + 1], data[i + 2]) < 20) greys.push(data[i + 1]);
+      greys.sort((a, b) => a - b);
+      return greys[Math.floor(greys.length / 100)] / greys[Math.floor(greys.length * 0.75)];
+    }, png);
+  };
+  const seen = {};
+  for (const scene of ['empty', 'cube20']) {
+    await inScene(scene, async ({ page, at, mock }) => {
+      if (scene !== 'empty') await drawnWhole(at, mock.printer.part.layers.reduce((sum, layer) => sum + layer.segments, 0));
+      else await until('the empty bed', async () => (await drawing(at)).frames > 0);
+      await settled(page, at);
+      seen[scene] = await ground(page, at);
+    }, { draws: true });
+  }
+  assert.ok(seen.empty > 0.75, `the empty bed is shaded: ${JSON.stringify(seen)}`);
+  assert.ok(seen.cube20 < 0.75, `nothing stands on the bed: ${JSON.stringify(seen)}`);
+});
+
 test('a failed print is drawn to where it came, and no further', () =>
   inScene('held', async ({ page, at, mock }) => {
     const failed = mock.printer.jobs.find(({ state }) => state === 'failed');

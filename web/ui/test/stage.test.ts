@@ -5,6 +5,7 @@ import { Sketch } from '../src/stage/flat';
 import { hull } from '../src/stage/nozzle';
 import { Orbit, type Box, type Direction } from '../src/stage/orbit';
 import { FRAME_MS, Pace, rest_ms } from '../src/stage/pace';
+import { Shade } from '../src/stage/shade';
 import { added, countOf, Extent, packSegments, SEGMENT_BYTES, shownRanges, takeFrom, thinned, type Range } from '../src/stage/segments';
 
 /** A generator that gives the same numbers for the same seed (mulberry32). */
@@ -195,5 +196,51 @@ describe('without 3D', () => {
   });
   it('an outline is the hull of its points', () => {
     expect(hull([[0, 0], [2, 0], [1, 1], [2, 2], [0, 2], [1, 0.5]]).length).toBe(4);
+  });
+});
+
+describe('the shade on the bed', () => {
+  const bed = { min: [0, 0, 0], max: [100, 100, 0] };
+  const sun = [0.42, -0.62, 0.66];
+  const square = (z: number): LayerRecord => record(0, [1, 1, 1, 1], [[40, 40, 60, 40], [60, 40, 60, 60], [60, 60, 40, 60], [40, 60, 40, 40]]
+    .map(([x, y, toX, toY]) => [x, y, z, toX, toY, z]));
+  const shaded = (records: LayerRecord[]) => {
+    const shade = new Shade(bed, sun);
+    records.forEach((each) => shade.add(each));
+    const { corners } = shade.triangles();
+    return (x: number, y: number) => {
+      for (let i = 0; i < corners.length; i += 3) if (Math.abs(corners[i] - x) <= 1 && Math.abs(corners[i + 1] - y) <= 1) return corners[i + 2];
+      return 0;
+    };
+  };
+  it('is darkest at the part, soft around it, and nowhere else', () => {
+    const at = shaded([square(0.2)]);
+    expect(at(50, 40)).toBeGreaterThan(0.12);
+    const outwards = [0, 2, 4, 6].map((mm) => at(50, 39.5 - mm));
+    expect(outwards).toEqual([...outwards].sort((a, b) => b - a));
+    expect(outwards[1]).toBeGreaterThan(0.04);
+    expect(at(50, 20)).toBe(0);
+    expect(at(5, 95)).toBe(0);
+  });
+  it('falls away from the sun, and less from what is higher', () => {
+    const low = shaded([square(0.2)]);
+    const tall = shaded(Array.from({ length: 60 }, (_, i) => square(0.5 * (i + 1))));
+    expect(tall(35, 70)).toBeGreaterThan(low(35, 70) + 0.04);
+    expect(tall(65, 32)).toBeLessThan(0.04);
+    expect(shaded([square(30)])(50, 40)).toBeLessThan(low(50, 40) / 3);
+  });
+  it('is none without a part, is made once, and keeps to its bed', () => {
+    const shade = new Shade(bed, sun);
+    shade.add(record(0, [9, 14], [[20, 20, 0.2, 80, 20, 0.2], [20, 20, 0.2, 20, 80, 0.2]]));
+    expect(shade.triangles().indices.length).toBe(0);
+    shade.add(record(0, [1, 1], [[-500, 50, 1, 900, 50, 1], [NaN, 0, 1, 10, 10, 1]]));
+    expect(shade.fresh).toBe(true);
+    const { corners, indices } = shade.triangles();
+    expect(Math.max(...indices)).toBe(corners.length / 3 - 1);
+    expect(indices.length).toBeGreaterThan(0);
+    expect(shade.fresh).toBe(false);
+    shade.clear();
+    expect(shade.triangles().indices.length).toBe(0);
+    expect(new Shade({ min: [0, 0, 0], max: [2000, 400, 0] }, sun).width).toBeLessThanOrEqual(160);
   });
 });

@@ -16,6 +16,7 @@
 // centroid of the covered area.
 import { createBufferInfoFromArrays, createProgramInfo, drawBufferInfo, setBuffersAndAttributes, setUniforms, type BufferInfo, type ProgramInfo } from 'twgl.js';
 import type { Kind } from './pace';
+import type { Shade } from './shade';
 import { SECTION_AT, SEGMENT_BYTES, thinned, TINT_AT, type Range } from './segments';
 
 const BEADS = `#version 300 es
@@ -27,6 +28,7 @@ const BEADS = `#version 300 es
   uniform mat4 matrix;
   centroid out vec3 normal;
   out vec3 colour;
+  out float open;
   void main() {
     vec3 along = end - start;
     float far = length(along);
@@ -40,6 +42,7 @@ const BEADS = `#version 300 es
     float reach = mix(-0.35, 0.35, corner.z) * size.x;
     vec3 at = mix(start, end, corner.z) + along * reach
       + side * corner.x * size.x * 0.5 + up * (corner.y - 1.0) * size.y * 0.5;
+    open = 1.0 - 0.45 * exp(-0.4 * max(at.z, 0.0));
     gl_Position = matrix * vec4(at, 1.0);
   }`;
 
@@ -53,6 +56,7 @@ const LINES = `#version 300 es
   uniform vec3 eye;
   centroid out vec3 normal;
   out vec3 colour;
+  out float open;
   void main() {
     vec3 along = end - start;
     float far = length(along);
@@ -60,6 +64,7 @@ const LINES = `#version 300 es
     vec3 side = abs(along.z) < 0.999 ? normalize(cross(along, vec3(0.0, 0.0, 1.0))) : vec3(1.0, 0.0, 0.0);
     vec3 at = mix(start, end, corner.z);
     normal = cross(side, along) + side * sign(dot(side, eye - at));
+    open = 1.0 - 0.45 * exp(-0.4 * max(at.z, 0.0));
     colour = tint * 0.92; // beads have valleys and undersides
     gl_Position = matrix * vec4(at, 1.0);
     gl_Position.z += 2e-5 * gl_Position.w; // beads that are drawn over it later cover it
@@ -71,13 +76,14 @@ const LIT = `#version 300 es
   uniform float share; // of the light; the rest is the ground's
   centroid in vec3 normal;
   in vec3 colour;
+  in float open; // share of the sky that is seen from there: the bed covers some of it
   out vec4 pixel;
   vec3 standard(vec3 light) {
     return mix(1.055 * pow(light, vec3(1.0 / 2.4)) - 0.055, light * 12.92, vec3(lessThanEqual(light, vec3(0.0031308))));
   }
   void main() {
     vec3 n = normalize(normal);
-    float sky = 0.30 + 0.20 * n.z;
+    float sky = (0.30 + 0.20 * n.z) * open;
     pixel = vec4(standard(colour * (sky + 0.58 * max(dot(n, sun), 0.0))), 1.0) * share;
   }`;
 
@@ -91,8 +97,24 @@ const FLAT = `#version 300 es
   out vec4 pixel;
   void main() { pixel = vec4(colour, 1.0); }`;
 
+// What the part takes from the bed's light (shade.ts). The page's own ground is behind the canvas.
+const SHADED = `#version 300 es
+  in vec3 corner; // its z is the share of the light that is taken
+  uniform mat4 matrix;
+  out float taken;
+  void main() {
+    taken = corner.z;
+    gl_Position = matrix * vec4(corner.xy, 0.0, 1.0);
+  }`;
+const SHADE = `#version 300 es
+  precision mediump float;
+  uniform float depth;
+  in float taken;
+  out vec4 pixel;
+  void main() { pixel = vec4(0.0, 0.0, 0.0, depth * taken); }`;
+
 const LENGTH = Math.hypot(0.42, -0.62, 0.66);
-const SUN = [0.42 / LENGTH, -0.62 / LENGTH, 0.66 / LENGTH];
+export const SUN = [0.42 / LENGTH, -0.62 / LENGTH, 0.66 / LENGTH];
 
 const GHOST_SHARE = 0.3;
 
@@ -109,6 +131,8 @@ function bar(): { corner: number[]; indices: number[] } {
 export interface Colours {
   grid: number[];
   outline: number[];
+  /** Of the light, what the darkest shade takes from the bed. */
+  shade: number;
 }
 
 export class Painter {
@@ -116,6 +140,8 @@ export class Painter {
   private readonly plain: ProgramInfo;
   private readonly shapes: Record<Kind, BufferInfo>;
   private readonly bed: { grid: BufferInfo; outline: BufferInfo };
+  private readonly shaded: ProgramInfo;
+  private shade: BufferInfo | null = null;
   private buffer: WebGLBuffer | null = null;
   private readonly pixel = new Uint8Array(4);
 
@@ -130,6 +156,8 @@ export class Painter {
     };
     const lines = (data: number[]) => createBufferInfoFromArrays(gl, { corner: { numComponents: 3, data } });
     this.bed = { grid: lines(grid), outline: lines(outline) };
+    this.shaded = createProgramInfo(gl, [SHADED, SHADE]);
+    gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
     gl.enable(gl.DEPTH_TEST);
     gl.depthFunc(gl.LEQUAL);
     gl.enable(gl.CULL_FACE);
@@ -151,6 +179,29 @@ export class Painter {
     gl.bufferSubData(gl.ARRAY_BUFFER, first * SEGMENT_BYTES, new Uint8Array(packed));
   }
 
+  /** What the bed is shaded by from now on. */
+  shadeBy(from: Shade): void {
+    const { gl, shade } = this;
+    if (!from.fresh) return;
+    for (const buffer of [shade?.attribs?.corner.buffer, shade?.indices]) gl.deleteBuffer(buffer ?? null);
+    const { corners, indices } = from.triangles();
+    this.shade = indices.length === 0 ? null : createBufferInfoFromArrays(gl, { corner: { numComponents: 3, data: corners }, indices: { numComponents: 3, data: indices } });
+  }
+
+  /** Over the bed, and below everything that is drawn later. */
+  private drawShade(matrix: Float32Array, depth: number): void {
+    const { gl, shade } = this;
+    if (!shade) return;
+    gl.useProgram(this.shaded.program);
+    setBuffersAndAttributes(gl, this.shaded, shade);
+    setUniforms(this.shaded, { matrix, depth });
+    gl.enable(gl.BLEND);
+    gl.disable(gl.DEPTH_TEST);
+    drawBufferInfo(gl, shade);
+    gl.enable(gl.DEPTH_TEST);
+    gl.disable(gl.BLEND);
+  }
+
   /** An empty picture with the bed. */
   clear(width: number, height: number, matrix: Float32Array, colours: Colours): void {
     const { gl } = this;
@@ -163,6 +214,7 @@ export class Painter {
       setUniforms(this.plain, { matrix, colour: colours[name] });
       drawBufferInfo(gl, this.bed[name], gl.LINES);
     }
+    this.drawShade(matrix, colours.shade);
   }
 
   /**

@@ -106,7 +106,7 @@ export function thinned(ranges: Range[], step: number): { ranges: Range[]; strid
 }
 
 const OTHER = 0;
-const BESIDE = [9, 14]; // skirt and custom: drawn before the part, beside it
+export const BESIDE = [9, 14]; // skirt and custom: drawn before the part, beside it
 
 /** A box that grows. */
 class Growing {

@@ -10,8 +10,9 @@ import { paintFlat, Sketch } from './flat';
 import type { Drawn, Flat, Size } from './messages';
 import { drawNozzle, NOZZLE_MM } from './nozzle';
 import { Orbit, type Box, type Direction } from './orbit';
-import { Painter, type Colours } from './painter';
+import { Painter, SUN, type Colours } from './painter';
 import { FRAME_MS, Pace, rest_ms, type Kind } from './pace';
+import { Shade } from './shade';
 import { added, countOf, Extent, packSegments, shownRanges, takeFrom, type Known, type Range } from './segments';
 
 const STILL_MS = 150; // after the last turn: then it is drawn in full
@@ -31,7 +32,7 @@ export function bedLines({ min, max }: Box): { grid: number[]; outline: number[]
 }
 
 const colour = (hex: number): number[] => [16, 8, 0].map((shift) => ((hex >> shift) & 255) / 255);
-const coloursOf = (dark: boolean): Colours => ({ grid: colour(dark ? 0x2b3947 : 0xd0d8e0), outline: colour(dark ? 0x566879 : 0x97a5b3) });
+const coloursOf = (dark: boolean): Colours => ({ grid: colour(dark ? 0x2b3947 : 0xd0d8e0), outline: colour(dark ? 0x566879 : 0x97a5b3), shade: dark ? 0.85 : 0.6 });
 const FLAT_BED = { dark: 'rgb(86 104 121)', light: 'rgb(151 165 179)' };
 
 /** Where it is drawn; without a painter: flat. */
@@ -54,6 +55,7 @@ export class PartView {
   private readonly lines: ReturnType<typeof bedLines>;
   private size: Size;
   private records: Known[] = [];
+  private readonly shade: Shade;
   private room = 0; // segments
   private filled = 0;
   private extent = new Extent();
@@ -79,6 +81,7 @@ export class PartView {
 
   constructor(private readonly surface: Surface, private readonly bed: Box, size: Size, private dark: boolean, private readonly reports: Reports) {
     this.lines = bedLines(bed);
+    this.shade = new Shade(bed, SUN);
     this.overlay = surface.painter ? (surface.overlay?.getContext('2d') ?? null) : null;
     this.size = size;
     this.resize(size);
@@ -89,6 +92,7 @@ export class PartView {
   clear(box: Box | null): void {
     Object.assign(this, { records: [], filled: 0, room: 0, extent: new Extent(), box, running: false, executed: Infinity, top: null });
     this.features.clear();
+    this.shade.clear();
     this.sketch.begin(0);
     this.look('corner');
   }
@@ -108,6 +112,7 @@ export class PartView {
     this.records.push({ layer: record.layer, segments: record.segments, bytes: record.bytes });
     record.features.subarray(0, record.segments).forEach((feature) => this.features.add(feature));
     this.extent.take(record);
+    if (this.surface.painter) this.shade.add(record);
     this.refresh();
   }
 
@@ -115,7 +120,7 @@ export class PartView {
   loaded(): void {
     this.box = this.extent.box() ?? this.box;
     if (!this.orbit.held) this.look();
-    else if (this.running) this.again(); // its ghost is known now
+    else this.again(); // its ghost and its shade are known now
   }
 
   show(executed: number, top: number | null, running: boolean): void {
@@ -229,6 +234,7 @@ export class PartView {
     const segments = countOf(this.shown);
     const { kind, step } = this.pace.atOnce(segments);
     const { width, height } = this.surface.canvas!;
+    painter.shadeBy(this.shade);
     painter.clear(width, height, matrix, coloursOf(this.dark));
     this.drawGhost(painter, matrix);
     this.timed(painter, kind, () => painter.draw(kind, this.shown, step, matrix, this.orbit.eye()));
