@@ -16,9 +16,10 @@ class Inspector {
     virtual void begin(std::uint64_t run, const std::filesystem::path& gcode) = 0;
     /// True once the inspector looks, or is known not to answer: the first byte may cross.
     [[nodiscard]] virtual bool begun(std::uint64_t run) = 0;
-    /// Number `number`, from 0, of the lines that a person typed of the run's objects, when the
-    /// machine had read its file up to line `behind_line`.
-    virtual void typed(std::uint64_t run, std::uint32_t number, std::uint64_t behind_line,
+    /// Number `number`, from 0, of the lines that a person typed of the run's objects or of its
+    /// flow, when the machine had read its file up to line `behind_line`, and had still to lay down
+    /// `left_mm` of that line's filament.
+    virtual void typed(std::uint64_t run, std::uint32_t number, std::uint64_t behind_line, double left_mm,
                        const std::string& line) = 0;
     /// The run has ended. The machine reports that the head left the path and came back this many
     /// times (pauses).

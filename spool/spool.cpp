@@ -452,7 +452,8 @@ void Spool::tell_typed_objects() {
     if (job.typed_objects > held) typed_told_ = std::max(typed_told_, job.typed_objects - held);
     for (; typed_told_ < job.typed_objects; ++typed_told_) {
         const auto& typed = job.typed_object[typed_told_ % printer::link::kTypedObjects];
-        inspector_->typed(run_->id, typed_told_, typed.behind_line, std::string{typed.text.view()});
+        inspector_->typed(run_->id, typed_told_, typed.behind_line, typed.left_mm,
+                          std::string{typed.text.view()});
     }
 }
 

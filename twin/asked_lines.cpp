@@ -30,15 +30,19 @@ std::optional<CommandLine> AskedLines::next() {
             expanded_.pop_front();
             return command;
         }
-        if (!typed_.empty() && typed_.front().first <= file_.number()) {
-            CommandLine command = std::move(typed_.front().second);
-            typed_.pop_front();
-            return command;
-        }
+        if (std::optional<CommandLine> typed = take_typed()) return typed;
         std::optional<CommandLine> command = file_.next();
         if (command) heed(*command);
         if (!command || command->word.empty() || !expand(*command)) return command;
     }
+}
+
+std::optional<CommandLine> AskedLines::take_typed() {
+    if (!expanded_.empty() || typed_.empty() || typed_.front().typed->behind > file_.number())
+        return std::nullopt;
+    CommandLine command = std::move(typed_.front());
+    typed_.pop_front();
+    return command;
 }
 
 // Words are Klipper's, but for the tools that Prusa's machines ask a person for; some codes are

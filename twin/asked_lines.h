@@ -27,10 +27,14 @@ class AskedLines {
     /// The next command, or nothing at the end.
     [[nodiscard]] std::optional<CommandLine> next();
     /// `line` was typed while the machine had read the file up to line `behind`: it comes behind
-    /// that one, or next when that one has been passed.
-    void insert(std::uint64_t behind, std::string_view line) {
-        typed_.emplace_back(behind, LineReader::parse(line));
+    /// that one, or next when that one has been passed. `left_mm`: filament of that line that was
+    /// still to be laid down, as the machine took it to be until then.
+    void insert(std::uint64_t behind, std::string_view line, double left_mm) {
+        typed_.push_back(LineReader::parse(line));
+        typed_.back().typed = {behind, left_mm};
     }
+    /// What was typed behind the lines that have been given, one at a time.
+    [[nodiscard]] std::optional<CommandLine> take_typed();
     /// Whose the file is, as far as it has been read. A line that was typed says nothing of it.
     [[nodiscard]] Flavour flavour() const { return flavour_; }
     /// Of the line of the file that next() gave last, from 1.
@@ -45,7 +49,7 @@ class AskedLines {
     Flavour flavour_ = Flavour::marlin;
     std::vector<MacroSpec> macros_;
     std::deque<CommandLine> expanded_;
-    std::deque<std::pair<std::uint64_t, CommandLine>> typed_;
+    std::deque<CommandLine> typed_;
 };
 
 }  // namespace qduino::twin

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 #include <optional>
+#include <utility>
 
 #include "twin/gantry.h"
 
@@ -25,7 +26,8 @@ AskedPath::AskedPath(ByteSource& source, const Position& start, const Machine& m
       extruder_steps_per_mm_(machine.axes[kExtruder].steps_per_mm),
       program_(start),
       machine_(start),
-      flavour_(machine.flavour) {
+      flavour_(machine.flavour),
+      out_(start) {
     filament_.peak_mm = start[kExtruder];
     filament_.diameter_mm = machine.filament_diameter_mm;
     const Position home = home_of(machine);
@@ -43,15 +45,18 @@ AskedItem AskedPath::next() {
         if (!given_.empty()) {
             const AskedItem item = given_.front();
             given_.pop_front();
+            out_ = item.to;
             return item;
         }
         if (curve_.active()) {
             follow(curve_.next(), true);
             continue;
         }
+        note_line_end();
         const std::optional<CommandLine> command = over_ ? std::nullopt : lines_.next();
         if (command) {
             run(*command);
+            run_typed();
         } else if (!ended_) {
             ended_ = true;
             leave_part();
@@ -155,9 +160,7 @@ void AskedPath::run_m(const CommandLine& command) {
         case 208:
             return read_mm(command, 'S', retraction_.extra_mm);
         case 221:
-            if (command.has('S') && command.value('T') == 0 && command.value('D') == 0)
-                filament_.flow = command.value('S') / 100.0;
-            return;
+            return change_flow(command);
         case 428:
             return centre_home();
         default:
@@ -167,6 +170,69 @@ void AskedPath::run_m(const CommandLine& command) {
 
 void AskedPath::read_mm(const CommandLine& command, char letter, double& mm) const {
     if (command.has(letter)) mm = command.value(letter) * modes_.unit_mm;
+}
+
+// ---- what is typed beside the job ---------------------------------------------------------------
+
+std::optional<AskedPath::Stretch> AskedPath::insert(std::uint64_t behind, std::string_view line,
+                                                    double left_mm) {
+    lines_.insert(behind, line, left_mm);
+    stretched_.reset();
+    run_typed();
+    return std::exchange(stretched_, std::nullopt);
+}
+
+/// Before more of the file is read: what is still to be given out of its line may be changed.
+void AskedPath::run_typed() {
+    if (curve_.active() || over_) return;
+    note_line_end();
+    while (const std::optional<CommandLine> typed = lines_.take_typed()) run(*typed);
+}
+
+void AskedPath::note_line_end() {
+    if (line_ends_.empty() || line_ends_.back().line != lines_.number()) line_ends_.push_back({});
+    line_ends_.back() = {lines_.number(), machine_[kExtruder]};
+    if (line_ends_.size() > kLineEnds) line_ends_.pop_front();
+}
+
+void AskedPath::change_flow(const CommandLine& command) {
+    if (!command.has('S') || command.value('T') != 0 || command.value('D') != 0) return;
+    const double before = std::exchange(filament_.flow, command.value('S') / 100.0);
+    if (!command.typed || before <= 0 || before == filament_.flow || waiting_.active) return;
+    const auto then = std::find_if(line_ends_.rbegin(), line_ends_.rend(),
+                                   [&](const LineEnd& end) { return end.line <= command.typed->behind; });
+    if (then == line_ends_.rend()) return;
+    const double left_mm = command.typed->left_mm;
+    stretch({command.typed->behind, then->e_mm - left_mm, left_mm, filament_.flow / before});
+}
+
+/// Of what has been read. What is left of the line is the end of it, whatever it is made of.
+void AskedPath::stretch(Stretch by) {
+    const double extra_mm = by.moved(machine_[kExtruder]) - machine_[kExtruder];
+    machine_[kExtruder] += extra_mm;
+    filament_.net_mm += extra_mm;
+    filament_.pushed_mm += extra_mm;
+    for (LineEnd& end : line_ends_)
+        if (end.line >= by.line) end.e_mm = by.moved(end.e_mm);
+    for (std::size_t i = given_.size(); i-- > 0;) {
+        const Position from = i > 0 ? given_[i - 1].to : out_;
+        AskedItem& item = given_[i];
+        const double way_mm = item.to[kExtruder] - from[kExtruder];
+        const bool behind = item.line > by.line;
+        if (!behind && by.left_mm == 0) return;
+        const double share = behind || way_mm == 0 ? 0 : 1 - by.left_mm / way_mm;
+        if (share > 0 && share < 1) {
+            AskedItem first = item;
+            for (std::size_t axis = 0; axis < kAxisCount; ++axis)
+                first.to[axis] = from[axis] + share * (item.to[axis] - from[axis]);
+            item.to[kExtruder] = by.moved(item.to[kExtruder]);
+            given_.insert(given_.begin() + static_cast<std::ptrdiff_t>(i), first);
+            return;
+        }
+        item.to[kExtruder] = by.moved(item.to[kExtruder]);
+        if (!behind) by.left_mm -= way_mm;
+    }
+    stretched_ = by;
 }
 
 // ---- filament -----------------------------------------------------------------------------------

@@ -8,6 +8,7 @@
 //   A file says whose it is by its words, from there on (asked_lines.h).
 // - M221 scales every E movement from then on; the words still mean unscaled filament. M200 makes
 //   them mm³. M92 E says how many steps a millimetre of filament takes: it scales what E must do.
+//   A M221 that a person types takes hold within the line that is made just then.
 // - G92 renames the present position (nothing moves; without a letter every axis is 0, and so is an
 //   axis whose letter stands alone). G28 also forgets the G92 of the axes that it homes. M206, M428
 //   and SET_GCODE_OFFSET shift the coordinates, and outlast a G28.
@@ -30,6 +31,7 @@
 #include <cstdint>
 #include <deque>
 #include <map>
+#include <optional>
 #include <string>
 
 #include "twin/asked_bed.h"
@@ -69,8 +71,19 @@ class AskedPath {
     /// The next item; Kind::end for ever once the source has ended.
     [[nodiscard]] AskedItem next();
     [[nodiscard]] const AskedBed& bed() const { return bed_; }
-    /// AskedLines::insert.
-    void insert(std::uint64_t behind, std::string_view line) { lines_.insert(behind, line); }
+    /// A machine is so many lines further, at most, when the twin hears what was typed.
+    static constexpr std::size_t kLineEnds = 256;
+    /// From a place in a line on, all filament is `factor` times what was given out before.
+    struct Stretch {
+        std::uint64_t line = 0;
+        double from_mm = 0;  ///< where E is there
+        double left_mm = 0;  ///< of the line's filament behind it
+        double factor = 1;
+
+        [[nodiscard]] double moved(double e_mm) const { return from_mm + (e_mm - from_mm) * factor; }
+    };
+    /// AskedLines::insert. What it changes of items that have been given out already, if anything.
+    [[nodiscard]] std::optional<Stretch> insert(std::uint64_t behind, std::string_view line, double left_mm);
     /// The end of the items given out so far.
     [[nodiscard]] const Position& position() const { return machine_; }
 
@@ -126,7 +139,16 @@ class AskedPath {
         double drawn_mm = 0;  ///< filament drawn back when it began to wait
     };
 
+    /// Where E was at the end of a line.
+    struct LineEnd {
+        std::uint64_t line = 0;
+        double e_mm = 0;
+    };
     void run(const CommandLine& command);
+    void run_typed();
+    void note_line_end();
+    void change_flow(const CommandLine& command);
+    void stretch(Stretch by);
     void run_g(const CommandLine& command);
     void run_m(const CommandLine& command);
     void move(const Position& to);
@@ -182,6 +204,9 @@ class AskedPath {
     bool ended_ = false;              // and what the end asks for has been given
     AskedCurve curve_{};
     std::deque<AskedItem> given_;  // of the line in hand
+    Position out_{};               // the end of the last item that was given out
+    std::deque<LineEnd> line_ends_;
+    std::optional<Stretch> stretched_;  // … of those, by the line that was typed last
 };
 
 }  // namespace qduino::twin

@@ -704,6 +704,7 @@ void Inspector::drop_passed(const Cursor& cursor) {
     place_ = 0;
     so_far_.share = cursor.share;
     so_far_.at = cursor.at;
+    note_worst_extruder();
 }
 
 void Inspector::commit(const Cursor& cursor) {

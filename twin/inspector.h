@@ -222,8 +222,9 @@ class Inspector {
     void on_step(const StepSeen& step);
     void on_endstop(Instant at, int axis, bool pressed);
     void on_probe(Instant at);
-    /// A line that was typed beside the job, and that changes what is asked from then on.
-    void on_typed(std::uint64_t behind_line, std::string_view line) { asked_.insert(behind_line, line); }
+    /// A line that was typed beside the job, and that changes what is asked from then on
+    /// (AskedLines::insert).
+    void on_typed(std::uint64_t behind_line, std::string_view line, double left_mm = 0);
 
     /// Call when everything that will be built is built: passes the rest of the path, and sums up.
     /// A job that was cut short is compared with all that the file asks when `read_rest` is set
@@ -296,6 +297,12 @@ class Inspector {
         std::deque<Piece> pieces;
         std::array<std::int64_t, kAxisCount> position{};
         std::uint64_t pieces_read = 0;
+    };
+
+    /// The largest deviation of E until the cursor came to a line.
+    struct WorstExtruder {
+        std::uint64_t line = 0;
+        double steps = 0;
     };
 
     /// A G29 in hand.
@@ -376,6 +383,10 @@ class Inspector {
     void show_place();
     void rest_shaped();
     void watch_advance(int direction);
+    [[nodiscard]] std::size_t stretch(std::deque<Piece>& pieces, AskedPath::Stretch by,
+                                      Comparison& cursor) const;
+    [[nodiscard]] double worst_extruder_before(std::uint64_t line) const;
+    void note_worst_extruder();
 
     Machine machine_;
     Gantry gantry_;
@@ -413,6 +424,7 @@ class Inspector {
     bool away_ = false;
     bool counted_ = true;  // the excursion that was come back from last
     Position final_asked_{};
+    std::deque<WorstExtruder> worst_extruder_;  // of the last lines
 };
 
 }  // namespace qduino::twin

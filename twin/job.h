@@ -47,8 +47,9 @@ class Job final : public MotionObserver {
 
     /// `line` was typed beside the job when the machine had read it up to `behind_line`. To be told
     /// before that line has been printed: the machine reads ahead.
-    void on_typed(std::uint64_t behind_line, std::string_view line) {
-        inspector_.on_typed(behind_line, line);
+    /// `left_mm`: filament of that line that was still to be laid down.
+    void on_typed(std::uint64_t behind_line, std::string_view line, double left_mm = 0) {
+        inspector_.on_typed(behind_line, line, left_mm);
     }
 
     /// Ends the watch. Call once. `read_rest`: see Inspector::finish. `excursions_told`: how often

@@ -40,6 +40,12 @@ struct CommandLine {
     Flavour flavour = Flavour::marlin;
     std::string word{};  ///< of a command that is a word (SET_GCODE_OFFSET), in upper case
     std::string tail{};  ///< … and what follows it; of others, what stands in quotes
+    /// Of a line that was typed: see AskedLines::insert.
+    struct Typed {
+        std::uint64_t behind = 0;
+        double left_mm = 0;
+    };
+    std::optional<Typed> typed{};
 
     [[nodiscard]] bool has(char name) const { return (present >> (name - 'A') & 1u) != 0; }
     [[nodiscard]] bool has_number(char name) const { return (numbers >> (name - 'A') & 1u) != 0; }

@@ -182,12 +182,13 @@ Result<std::string> InspectClient::job_begin(std::string_view job, std::string_v
 }
 
 Result<std::string> InspectClient::job_typed(std::string_view job, std::uint32_t number,
-                                             std::uint64_t behind_line, std::string_view line,
+                                             std::uint64_t behind_line, double left_mm, std::string_view line,
                                              Nanoseconds timeout) const {
     const std::string quoted =
         nlohmann::json(line).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
     return ask(text<std::string>(R"({"op":"job_typed","job":)", job, R"(,"number":)", number,
-                                 R"(,"behind_line":)", behind_line, R"(,"line":)", quoted, '}'),
+                                 R"(,"behind_line":)", behind_line, R"(,"left_mm":)",
+                                 nlohmann::json(left_mm).dump(), R"(,"line":)", quoted, '}'),
                timeout);
 }
 

@@ -72,8 +72,8 @@ class InspectClient {
     [[nodiscard]] Result<std::string> job_begin(std::string_view job, std::string_view path,
                                                 Nanoseconds timeout) const;
     [[nodiscard]] Result<std::string> job_typed(std::string_view job, std::uint32_t number,
-                                                std::uint64_t behind_line, std::string_view line,
-                                                Nanoseconds timeout) const;
+                                                std::uint64_t behind_line, double left_mm,
+                                                std::string_view line, Nanoseconds timeout) const;
     [[nodiscard]] Result<std::string> job_end(std::string_view job, std::uint32_t excursions,
                                               Nanoseconds timeout) const;
 

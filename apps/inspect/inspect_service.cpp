@@ -1,6 +1,7 @@
 #include "apps/inspect/inspect_service.h"
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -27,6 +28,13 @@ std::string text_of(const Json& request, const char* key) {
 std::uint64_t count_of(const Json& request, const char* key) {
     const auto found = request.find(key);
     return found != request.end() && found->is_number_unsigned() ? found->get<std::uint64_t>() : 0;
+}
+
+// A length that no line of a job is longer than; else none.
+double length_of(const Json& request, const char* key) {
+    const auto found = request.find(key);
+    const double mm = found != request.end() && found->is_number() ? found->get<double>() : 0;
+    return std::abs(mm) < 1e6 ? mm : 0;
 }
 
 // A job's id as one string: 7 and "7" stay different.
@@ -73,16 +81,16 @@ std::string InspectService::answer(std::string_view line) {
     if (op == "job_begin") return begin(job, text_of(request, "path"));
     if (op == "job_typed") {
         return typed(job, count_of(request, "number"), count_of(request, "behind_line"),
-                     text_of(request, "line"));
+                     length_of(request, "left_mm"), text_of(request, "line"));
     }
     return end(job, count_of(request, "excursions"));
 }
 
 std::string InspectService::typed(const std::string& job, std::uint64_t number, std::uint64_t behind_line,
-                                  const std::string& line) {
+                                  double left_mm, const std::string& line) {
     if (!job_ || job_id_ != job) return refusal("this job is not being watched");
     if (number >= typed_) {
-        job_->on_typed(behind_line, line);
+        job_->on_typed(behind_line, line, left_mm);
         typed_ = number + 1;
     }
     return to_line({{"ok", true}});

@@ -7,9 +7,10 @@
 //       plays what is on its way, ends the watch, answers with the report; asked again, the same
 //       report. N: how often the machine reports that it left the path and came back (pauses);
 //       0 when it is not given
-//   {"op":"job_typed","job":ID,"number":N,"behind_line":L,"line":"M486 P2"}
-//       the Nth line, from 0, that a person typed of the job's objects, when the machine had read
-//       the file up to line L. Asked again, it changes nothing
+//   {"op":"job_typed","job":ID,"number":N,"behind_line":L,"left_mm":0.8,"line":"M221 S90"}
+//       the Nth line, from 0, that a person typed of the job's objects or of its flow, when the
+//       machine had read the file up to line L, and had 0.8 mm of that line's filament still to lay
+//       down. Asked again, it changes nothing
 //   {"op":"state"}
 //       positions, temperatures, duties, losses, switches
 //   {"op":"fault","fault":"sensor_stuck:hot_end@5"}
@@ -60,7 +61,7 @@ class InspectService {
     };
 
     std::string begin(const std::string& job, const std::string& path);
-    std::string typed(const std::string& job, std::uint64_t number, std::uint64_t behind_line,
+    std::string typed(const std::string& job, std::uint64_t number, std::uint64_t behind_line, double left_mm,
                       const std::string& line);
     std::string end(const std::string& job, std::uint64_t excursions_told);
     std::string state();

@@ -38,10 +38,11 @@ bool Inspection::begun(std::uint64_t run) {
     return at != answers_.end() && at->second.begin_answered;
 }
 
-void Inspection::typed(std::uint64_t run, std::uint32_t number, std::uint64_t behind_line,
+void Inspection::typed(std::uint64_t run, std::uint32_t number, std::uint64_t behind_line, double left_mm,
                        const std::string& line) {
-    boost::asio::post(*thread_, [this, run, number, behind_line, line] {
-        static_cast<void>(client_.job_typed(std::to_string(run), number, behind_line, line, kBeginTimeout));
+    boost::asio::post(*thread_, [this, run, number, behind_line, left_mm, line] {
+        static_cast<void>(
+            client_.job_typed(std::to_string(run), number, behind_line, left_mm, line, kBeginTimeout));
     });
 }
 

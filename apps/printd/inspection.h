@@ -27,7 +27,7 @@ class Inspection final : public spool::Inspector {
 
     void begin(std::uint64_t run, const std::filesystem::path& gcode) override;
     bool begun(std::uint64_t run) override;
-    void typed(std::uint64_t run, std::uint32_t number, std::uint64_t behind_line,
+    void typed(std::uint64_t run, std::uint32_t number, std::uint64_t behind_line, double left_mm,
                const std::string& line) override;
     void end(std::uint64_t run, std::uint32_t excursions) override;
     std::optional<std::string> report(std::uint64_t run) override;

@@ -34,7 +34,7 @@
 namespace qduino::printer::link {
 
 inline constexpr std::uint32_t kMagic = 0x51444C4B;  // "QDLK"
-inline constexpr std::uint32_t kVersion = 11;
+inline constexpr std::uint32_t kVersion = 12;
 
 inline constexpr std::size_t kJobRingBytes = std::size_t{1} << 20;
 inline constexpr std::size_t kCommandRingBytes = std::size_t{1} << 16;
@@ -100,9 +100,10 @@ enum class Activity : std::uint8_t {
 };
 
 /// A line that a person typed beside a job, and that changes which part it makes: an object is
-/// left out, or printed after all.
+/// left out, or printed after all, or the flow is another.
 struct TypedObject {
     std::uint64_t behind_line = 0;  ///< the job's last line that was read before it
+    double left_mm = 0;             ///< of that line's filament, what was not planned yet
     FixedString<256> text;          ///< whole: its name tells one object from the others
 };
 inline constexpr std::size_t kTypedObjects = 8;

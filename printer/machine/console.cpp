@@ -62,8 +62,9 @@ bool Console::waits_for_nothing(bool acts) const {
 
 bool Console::waits_for_line() const {
     const auto next_command = command();
-    return next_command && (next_command->word.view() == "EXCLUDE_OBJECT" ||
-                            (next_command->letter == 'M' && next_command->number == 486));
+    return next_command &&
+           (next_command->word.view() == "EXCLUDE_OBJECT" ||
+            (next_command->letter == 'M' && (next_command->number == 486 || next_command->number == 221)));
 }
 
 std::size_t Console::forget() {

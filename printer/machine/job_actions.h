@@ -77,6 +77,10 @@ class JobActions final : public gcode::Actions {
     void forget_rest() { rest_.reset(); }
     /// Filament in what is left of a move, mm.
     [[nodiscard]] double rest_filament_mm() const { return rest_ ? rest_->filament_mm : 0; }
+    /// … as far as a flow factor changes it.
+    [[nodiscard]] double rest_print_mm() const {
+        return rest_ && rest_->move.kind == gcode::MoveKind::print ? rest_->filament_mm : 0;
+    }
 
     Result<void> move(const gcode::Move& move) override;
     Result<void> dwell(Seconds duration) override;

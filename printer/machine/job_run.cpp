@@ -75,10 +75,10 @@ gcode::PrintProgress JobRun::progress() const {
     return {Seconds{passed_s}, Seconds{std::max(0.0, estimated_s - passed_s)}};
 }
 
-void JobRun::note_typed_object(std::string_view line) {
+void JobRun::note_typed_object(std::string_view line, double left_mm) {
     static_assert(decltype(link::TypedObject::text)::kCapacity >= gcode::kCommandBytesMax);
     link::JobStatus& status = link_.status();
-    status.typed_object[status.typed_objects % link::kTypedObjects] = {last_line_, line};
+    status.typed_object[status.typed_objects % link::kTypedObjects] = {last_line_, left_mm, line};
     ++status.typed_objects;
 }
 

@@ -64,8 +64,9 @@ class JobRun {
     /// caller ends it.
     [[nodiscard]] bool take_arrival();
 
-    /// A typed line has changed which objects are left out of the lines to come.
-    void note_typed_object(std::string_view line);
+    /// A typed line has changed which objects are left out of the lines to come, or how much
+    /// filament they take. `left_mm`: of the line in hand, what it still had to lay down before.
+    void note_typed_object(std::string_view line, double left_mm);
 
     /// How it will have ended when everything is at rest.
     void will_end(const JobEnding& ending) { ending_ = ending; }

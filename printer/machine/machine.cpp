@@ -519,13 +519,15 @@ void Machine::run_typed_line() {
     actions_.set_speaker(speaker);
     const FixedString<gcode::kCommandBytesMax> line{console_.line()};
     const std::uint32_t exclusions = of_job.exclusions();
+    const double flow = of_job.state().flow_factor, left_mm = actions_.rest_print_mm();
     const std::optional<Result<void>> done =
         console_.run_next({state_ == State::faulted, job_.running(), parking_.rests()}, interpreter);
     if (parking_.away()) {
         of_job.adopt_factors(interpreter.state());
         of_job.adopt_exclusions(interpreter);
     }
-    if (job_.running() && of_job.exclusions() != exclusions) job_.note_typed_object(line);
+    if (job_.running() && (of_job.exclusions() != exclusions || of_job.state().flow_factor != flow))
+        job_.note_typed_object(line, left_mm);
     heed_request();
     if (done && !done->ok()) link_.say(ReplyKind::error, done->error().message);
     if (done && done->ok() && speaker == Speaker::person) link_.say(ReplyKind::text, "ok");

@@ -389,7 +389,7 @@ test('a part of 140 mm is as bright as one of 20 mm, and one of short pieces, to
 });
 
 test('the part stands on the bed: its foot and the bed around it are darker', async () => {
-  /** Of the bed's ground, how dark the darkest hundredth is against its lightest half: 1 is alike. */
+  /** Of the bed's ground: its darkest hundredth against its lightest quarter; 1 is alike. */
   const ground = async (page, at) => {
     const png = (await at('canvas').screenshot()).toString('base64');
     return page.evaluate(async (bytes) => {

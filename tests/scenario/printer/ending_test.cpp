@@ -79,8 +79,8 @@ TEST(Ending, ACancelledJobLeavesThePart) {
     expect_left(bench);
 }
 
-/// Heat is off from the last move on: what is left in the nozzle would ooze on the part, and the way
-/// out takes seconds. Runs until the job is over, and looks all along the way out of the part.
+/// Heat is off from the last move on: what is left in the nozzle would ooze on the part, and the
+/// way out takes seconds. Runs until the job is over, and looks all along the way.
 void expect_cold_way_out(PrinterBench& bench, double part_z_mm) {
     int looks = 0;
     const auto is_over = [&] {

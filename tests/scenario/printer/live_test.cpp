@@ -3,8 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <string>
+#include <tuple>
+#include <vector>
 
 #include "tests/scenario/printer/printer_bench.h"
+#include "twin/report.h"
 
 namespace qduino::tests::live_test {
 namespace {
@@ -92,6 +96,76 @@ TEST(LiveChanges, M221TakesHoldAtOnceInALongLine) {
     bench.type("M221 S200");
     bench.run(kAtOnce_s);
     EXPECT_NEAR(bench.speed_mm_s(3), 1, 0.06);
+}
+
+/// The twin is told what was typed, and where in the line it has taken hold: it asks for exactly
+/// what was laid down. Shorter and longer lines, more and less, twice in one line, in a pause, over
+/// an arc, in the last line.
+TEST(LiveChanges, TheTwinAsksForTheFlowThatWasTyped) {
+    struct Said {
+        double after_s;
+        std::string line;
+    };
+    const std::string arcs =
+        "G28\nG1 X110 Y60 Z1 F6000\nM83\nG3 X110 Y60 I-40 J0 E5 F1200\nG3 X110 Y60 I-40 J0 E5\nG1 X30 E4 "
+        "F600\nG1 E-1 F600\nG1 X100 E3\nG1 E1\nG1 X50 E2\n";
+    const std::vector<std::tuple<std::string, std::string, std::vector<Said>>> cases{
+        {"a long line", lines(6, 5, 4), {{3, "M221 S200"}, {30, "M221 S50"}}},
+        {"twice in a line", lines(4, 5, 4), {{2, "M221 S150"}, {3, "M221 S80"}}},
+        {"short lines", lines(60, 100, 0.4), {{3, "M221 S130"}, {5, "M221 S70"}}},
+        {"the last line", lines(2, 5, 4), {{28, "M221 S200"}}},
+        {"arcs and retractions", arcs, {{2, "M221 S150"}, {12, "M221 S90"}}},
+    };
+    for (const auto& [name, text, said] : cases) {
+        Live bench;
+        bench.start(text);
+        for (const Said& each : said) {
+            bench.run(each.after_s);
+            ASSERT_EQ(bench.status().outcome, JobOutcome::running) << name;
+            bench.type(each.line);
+        }
+        ASSERT_TRUE(bench.finish_job()) << name;
+        const twin::Report report = bench.report();
+        EXPECT_TRUE(report.matches) << name << ": " << twin::to_json(report);
+        EXPECT_NE(std::abs(report.findings.filament_asked_mm), 0) << name;
+    }
+}
+
+TEST(LiveChanges, AFlowThatIsTypedInAPauseIsAskedForBehindIt) {
+    Live bench;
+    bench.start(lines(6, 5, 4));
+    bench.command(link::Command::pause);
+    ASSERT_TRUE(bench.run_until([&] { return bench.status().state == link::MachineState::paused; }, 30));
+    bench.run(2);
+    bench.type("M221 S180");
+    bench.run(1);
+    bench.command(link::Command::resume);
+    ASSERT_TRUE(bench.finish_job());
+    const twin::Report report = bench.report();
+    EXPECT_TRUE(report.matches) << twin::to_json(report);
+    EXPECT_GT(report.findings.filament_built_mm, 35) << "and not 24";
+}
+
+/// A printer in the simulator may be quicker than whoever tells the twin.
+TEST(LiveChanges, TheTwinMayHearOfAFlowLate) {
+    Live bench;
+    bench.start(lines(60, 100, 0.4));
+    bench.hold_typed();
+    bench.type("M221 S150");
+    bench.run(6);
+    bench.tell_typed();
+    ASSERT_TRUE(bench.finish_job());
+    const twin::Report report = bench.report();
+    EXPECT_TRUE(report.matches) << twin::to_json(report);
+}
+
+TEST(LiveChanges, AFlowThatTheTwinIsNotToldOfIsADifference) {
+    Live bench;
+    bench.start(lines(60, 100, 0.4));
+    bench.hold_typed();
+    bench.type("M221 S110");
+    ASSERT_TRUE(bench.finish_job());
+    EXPECT_FALSE(bench.report().matches);
 }
 
 TEST(LiveChanges, APauseNeedNotWaitForTheEndOfALine) {

@@ -78,6 +78,12 @@ class PrinterBench {
         ASSERT_TRUE(link::try_push(printer_.link().commands, link::encode(link::CommandText{command, text})));
     }
     void type(std::string_view line) { command(link::Command::gcode, line); }
+    /// The twin is not told what is typed of the job, until tell_typed().
+    void hold_typed() { holds_typed_ = true; }
+    void tell_typed() {
+        holds_typed_ = false;
+        tell_typed_objects();
+    }
     void emergency() { printer_.link().emergency.fetch_add(1); }
 
     [[nodiscard]] link::JobStatus status() { return printer_.link().job_status.read(); }
@@ -101,9 +107,9 @@ class PrinterBench {
         const link::JobStatus now = status();
         if (now.job_id != job_id_) typed_told_ = 0;
         job_id_ = now.job_id;
-        for (; watch_ && typed_told_ < now.typed_objects; ++typed_told_) {
+        for (; watch_ && !holds_typed_ && typed_told_ < now.typed_objects; ++typed_told_) {
             const link::TypedObject& typed = now.typed_object[typed_told_ % link::kTypedObjects];
-            watch_->on_typed(typed.behind_line, typed.text.view());
+            watch_->on_typed(typed.behind_line, typed.text.view(), typed.left_mm);
         }
     }
     void drain_replies() {
@@ -126,6 +132,7 @@ class PrinterBench {
     std::unique_ptr<twin::Job> watch_;
     std::uint64_t job_id_ = 0;
     std::uint32_t typed_told_ = 0;
+    bool holds_typed_ = false;
     link::FrameReader reader_;
     std::string replies_;
     std::vector<std::pair<link::ReplyKind, std::string>> host_replies_;

@@ -446,9 +446,10 @@ class SlowInspector final : public Inspector {
         told.push_back("begin " + std::to_string(run));
     }
     bool begun(std::uint64_t) override { return ++asked > 3; }
-    void typed(std::uint64_t run, std::uint32_t number, std::uint64_t behind,
+    void typed(std::uint64_t run, std::uint32_t number, std::uint64_t behind, double left_mm,
                const std::string& line) override {
-        told.push_back(text<std::string>("typed ", run, ' ', number, ' ', behind, ' ', line));
+        told.push_back(
+            text<std::string>("typed ", run, ' ', number, ' ', behind, ' ', Shortest{left_mm}, ' ', line));
     }
     void end(std::uint64_t run, std::uint32_t) override { told.push_back("end " + std::to_string(run)); }
     std::optional<std::string> report(std::uint64_t) override {

@@ -102,7 +102,7 @@ export class Shade {
   }
 }
 
-/** Of each place and `reach` on both sides, along lines of `length` places that are `step` apart. */
+/** Of each place and `reach` on both sides, along lines of `length` places. */
 function means(from: Float32Array, length: number, lines: number, step: number, between: number, reach: number): Float32Array {
   const to = new Float32Array(from.length);
   for (let line = 0; line < lines; line++) {
