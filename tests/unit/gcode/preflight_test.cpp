@@ -119,6 +119,9 @@ TEST(Preflight, FilamentThatAnotherLimitAllowsOrAWaitHasCooled) {
     const std::string draw = "G1 E-2 F600\n";
     EXPECT_TRUE(read("G28\nM83\nM109 R170\n" + draw).accepted());
     EXPECT_FALSE(read("G28\nM83\nM109 R165\n" + draw).accepted());
+    // The wait is content a degree below its target: what the printer would then refuse is refused.
+    for (const char* const target : {"R169.9", "S169.9", "R169", "S169"})
+        EXPECT_FALSE(read(text<std::string>("G28\nM83\nM109 ", target, '\n', draw)).accepted()) << target;
     EXPECT_TRUE(read("G28\nM83\nM109 R165\nM302 S160\n" + draw).accepted());
     EXPECT_FALSE(read("G28\nM83\nM109 R150\nM302 S150\n" + draw).accepted()) << "below the floor";
     EXPECT_FALSE(read("G28\nM83\nM302 S190\nM109 S180\n" + draw).accepted()) << "a limit that is higher";
