@@ -1,7 +1,9 @@
 #include "web/service.h"
 
 #include <algorithm>
+#include <array>
 #include <initializer_list>
+#include <string_view>
 
 #include "base/whole_number.h"
 #include "web/api/json.h"
@@ -13,6 +15,12 @@ using api::Json;
 namespace {
 
 Plan respond(Response response) { return {.response = std::move(response)}; }
+
+/// Below one of the paths that Moonraker serves.
+bool is_moonrakers(const RequestHead& head) {
+    constexpr std::array<std::string_view, 5> kBegins{"server", "printer", "access", "machine", "websocket"};
+    return !head.path.empty() && std::ranges::find(kBegins, head.path.front()) != kBegins.end();
+}
 
 bool is_safe(Method method) { return method == Method::get || method == Method::head; }
 
@@ -143,6 +151,12 @@ Plan Service::plan(const RequestHead& head, const Client& client, Moment moment)
 }
 
 Plan Service::plan_file(const RequestHead& head) const {
+    if (is_moonrakers(head)) {
+        return respond(
+            error_response(404, "not_found",
+                           "this printer does not speak Moonraker: choose OctoPrint as the host type, "
+                           "with the same address and this printer's key"));
+    }
     if (!is_safe(head.method))
         return respond(error_response(405, "not_permitted", "only GET is possible here"));
     std::optional<Response> file = files_.find(head);

@@ -90,6 +90,20 @@ TEST_F(SlicerApiTest, TheMachineFilesNumbersAreTold) {
     EXPECT_EQ(info["min_extrusion_temp"], 180.0);
 }
 
+// A slicer shows the message of the error to its user, who sees there what to choose instead.
+TEST_F(SlicerApiTest, WhoSpeaksMoonrakerIsToldWhatToChoose) {
+    for (const char* const asked :
+         {"GET /server/info", "POST /server/files/upload", "GET /printer/info", "GET /access/oneshot_token",
+          "GET /machine/system_info", "GET /websocket"}) {
+        const Answer answer = request(asked);
+        EXPECT_EQ(answer.status, 404) << asked;
+        const auto said = answer.json()["error"]["message"].get<std::string>();
+        EXPECT_NE(said.find("Moonraker"), std::string::npos) << asked << ": " << said;
+        EXPECT_NE(said.find("OctoPrint"), std::string::npos) << asked << ": " << said;
+    }
+    EXPECT_EQ(request("GET /servers").json()["error"]["message"], "there is no such page");
+}
+
 TEST_F(SlicerApiTest, PrusaLinkUploadByPut) {
     const Answer answer = request("PUT /api/v1/files/local/part%20%C3%BC.gcode", "G28\n",
                                   "Overwrite: ?1\r\nPrint-After-Upload: ?1\r\n");
