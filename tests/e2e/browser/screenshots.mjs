@@ -1,18 +1,22 @@
 // Takes docs/screenshots from a printer that runs, by doing what they show: uploads, a refusal, a
 // print, a stop.
 //
-//   ./run &       in real time: the timing on the pictures is measured
-//   node tests/e2e/browser/screenshots.mjs 'http://127.0.0.1:8080/#key=…' [FOLDER] [--layers N]
+//   node tests/e2e/browser/screenshots.mjs [--into FOLDER] [--layers N]
+//   node tests/e2e/browser/screenshots.mjs 'http://127.0.0.1:8080/#key=…' …
 //
-// The queue must be empty and the machine ready, so that no other print is touched. It takes about
-// ten minutes, ends with an emergency stop that is cleared, and deletes the jobs that it made.
-// Where steps were late or missing it ends with an error, and no picture of the print.
+// Without an address it starts a printer of its own, as `./run` does: in real time, for the timing
+// on the pictures is measured, so as root, and when nothing else runs on the computer. It says so
+// and ends where it is busy. With an address it takes the printer that runs there. Its queue must
+// be empty and the machine ready, so that no other print is touched. It takes about ten minutes,
+// ends with an emergency stop that is cleared, and deletes the jobs that it made. Where steps were
+// late or missing it ends with an error, and no picture of the print.
 import assert from 'node:assert/strict';
 import { mkdir, stat } from 'node:fs/promises';
+import { cpus, loadavg } from 'node:os';
 import { join } from 'node:path';
 import { makeGcode } from './part.mjs';
 import { drop } from './person.mjs';
-import { ROOT, startBrowser } from './stack.mjs';
+import { ROOT, startBrowser, startStack, whatIsMissing } from './stack.mjs';
 
 const DESKTOP = { width: 1440, height: 900 };
 const PHONE = { width: 390, height: 844 };
@@ -22,13 +26,34 @@ const PATIENCE_MS = 60_000;
 const WORST_US_MAX = 1000; // what the page marks as late
 
 const words = process.argv.slice(2);
-const layersAt = words.indexOf('--layers');
-const layers = layersAt < 0 ? 14 : Number(words.splice(layersAt, 2)[1]);
-const [address, folder = join(ROOT, 'docs/screenshots')] = words;
-if (!address?.includes('#key=') || !(layers > 2)) {
-  console.error("usage: node tests/e2e/browser/screenshots.mjs 'http://…/#key=…' [FOLDER] [--layers N]");
+const option = (name, otherwise) => {
+  const at = words.indexOf(name);
+  return at < 0 ? otherwise : words.splice(at, 2)[1];
+};
+const layers = Number(option('--layers', 14));
+const folder = option('--into', join(ROOT, 'docs/screenshots'));
+const [given, ...more] = words;
+if (more.length > 0 || (given !== undefined && !given.includes('#key=')) || !folder || !(layers > 2)) {
+  console.error("usage: node tests/e2e/browser/screenshots.mjs ['http://…/#key=…'] [--into FOLDER] [--layers N]");
   process.exit(2);
 }
+
+/** Why no quiet run in real time can be seen here now; null when it can. */
+function whatDisturbs() {
+  if (whatIsMissing()) return whatIsMissing();
+  if (process.getuid() !== 0) return 'the stepper loop gets a core of its own from root alone: start this as root';
+  if (cpus().length < 2) return 'the stepper loop wants a core of its own, and there is one';
+  const [load] = loadavg();
+  return load > 0.7 ? `the computer is busy (load ${load.toFixed(1)} in the last minute): try again when nothing else runs` : null;
+}
+
+const why = given === undefined ? whatDisturbs() : null;
+if (why) {
+  console.error(why);
+  process.exit(1);
+}
+const own = given === undefined ? await startStack() : null;
+const address = given ?? own.address;
 
 async function until(what, check, patience_ms = PATIENCE_MS) {
   const deadline = Date.now() + patience_ms;
@@ -135,4 +160,5 @@ try {
 } finally {
   for (const id of made) await page.evaluate((job) => fetch(`/api/v1/jobs/${job}`, { method: 'DELETE' }), id).catch(() => undefined);
   await browser.close();
+  await own?.stop();
 }

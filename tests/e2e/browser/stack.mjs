@@ -90,12 +90,12 @@ async function descendant(ancestor, name) {
 
 /**
  * {address, key, said(), ended(), pidOf(name), stop()}: a printer in the simulator, `speed` times
- * as fast as real time.
+ * as fast as real time; without `speed` in real time, on the Linux board.
  */
-export async function startStack({ speed }) {
+export async function startStack({ speed } = {}) {
   const port = await freePort();
   const state = await mkdtemp(join(tmpdir(), 'qduinomc-browser-'));
-  const child = spawn(join(ROOT, 'run'), ['--no-build', '--speed', String(speed), '--port', String(port), '--state', state], { cwd: ROOT });
+  const child = spawn(join(ROOT, 'run'), ['--no-build', ...(speed ? ['--speed', String(speed)] : []), '--port', String(port), '--state', state], { cwd: ROOT });
   // Whatever ends this test early ends what it started.
   process.on('exit', () => child.kill('SIGTERM'));
   for (const signal of ['SIGINT', 'SIGTERM']) process.on(signal, () => process.exit(1));
