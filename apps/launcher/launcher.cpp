@@ -171,6 +171,7 @@ Result<std::unique_ptr<Launcher>> Launcher::open(Options options) {
         made->plan_simulator();
     } else {
         QDUINO_TRY_ASSIGN(made->sketch_report_, SketchReport::make());
+        QDUINO_TRY(made->life_.begin());
         made->plan_machine();
         made->plan_sketch();
     }
@@ -247,14 +248,16 @@ void Launcher::plan_machine() {
 
 void Launcher::plan_sketch() {
     const fs::path pins = memory_.file("pins"), link = apps::inherited_link(LinkGiver::kDescriptor);
-    ProcessPlan plan = plan_of("sketch", "qduino-supervisor",
-                               {"--pins", pins, "--link", link, "--settings-state", options_.settings_state,
-                                "--", options_.programs / "printer", "--pins", pins, "--link", link, "--kept",
-                                kept_settings(), "--report", sketch_report_.path()});
+    ProcessPlan plan =
+        plan_of("sketch", "qduino-supervisor",
+                {"--pins", pins, "--link", link, "--settings-state", options_.settings_state, "--starter",
+                 life_.path(), "--", options_.programs / "printer", "--pins", pins, "--link", link, "--kept",
+                 kept_settings(), "--report", sketch_report_.path()});
     if (options_.isolate) plan.command.emplace_back("--isolate");
     plan.in_child = [this] {
         link_.pass_on();
         sketch_report_.hand_on();
+        life_.hand_on();
     };
     plan.before_start = [this] {
         sketch_report_.clear();

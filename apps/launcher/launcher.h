@@ -19,9 +19,10 @@
 //                      then both start again
 //   virtual machine    a printer whose power failed: it comes back cold, and the sketch is started
 //                      anew with it
-//   this launcher      the kernel asks all of them to end (kept_process.h). The virtual machine is
-//                      the last: it stays while a process of the sketch's side lives, as a real one
-//                      would (the folder's file "sketch.lock")
+//   this launcher      the supervisor sees it (apps/supervisor/starter.h), kills the sketch, and
+//                      the pins are safe. The kernel asks all others to end (kept_process.h). The
+//                      virtual machine is the last: it stays while a process of the sketch's side
+//                      lives, as a real one would (the folder's file "sketch.lock")
 #pragma once
 
 #include <filesystem>
@@ -38,6 +39,7 @@
 #include "apps/launcher/service_vcpu.h"
 #include "apps/launcher/sketch_report.h"
 #include "apps/printd/service_options.h"
+#include "apps/supervisor/starter.h"
 #include "base/result.h"
 #include "posix/acting_as.h"
 #include "posix/unique_fd.h"
@@ -115,6 +117,7 @@ class Launcher {
     posix::UniqueFd state_lock_;
     RunLog log_;
     SketchReport sketch_report_;
+    supervisor::StarterLife life_;
     std::string kept_report_;  // as it was written last
     Instant looked_at_{};
     MemoryFolder memory_;

@@ -23,6 +23,8 @@ int run_command_line(int argc, char** argv, SystemCalls& system) {
                 "where the sketch records its changes to the machine")
         .shows_default();
     line.option("--sysfs-root", options.sysfs_root, "what precedes /sys, for tests");
+    line.option("--starter", options.starter,
+                "word of who started this: when that dies, the sketch ends at once");
     line.flag("--restart", options.restart, "start the sketch again when it died or hung");
     line.flag("--make-pins", options.make_pins, "real pins only: there is no virtual machine, make the file");
     line.option("command", options.command, "the sketch and its arguments, after --").required();

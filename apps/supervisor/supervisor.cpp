@@ -46,6 +46,9 @@ Result<Supervisor> Supervisor::open(Options options, SystemCalls& system) {
         QDUINO_TRY_ASSIGN(supervisor.machine_role_, PinsFile::create(options.pins));
     }
     QDUINO_TRY_ASSIGN(supervisor.file_, PinsFile::open(options.pins, PinsRole::supervisor));
+    if (!options.starter.empty()) {
+        QDUINO_TRY_ASSIGN(supervisor.starter_, Starter::open(options.starter));
+    }
     supervisor.options_ = std::move(options);
     return supervisor;
 }
@@ -156,9 +159,11 @@ Supervisor::Watched Supervisor::watch(const SketchProcess& sketch, int signals) 
         if ((events[2].revents & POLLIN) != 0) renew_heat_watch();
         const Instant now = monotonic_now();
         if (options_.heartbeat_timeout > Nanoseconds{0}) watched.hang = find_hang_now(now);
-        if (!watched.hang.found() && now < kill_at) continue;
+        const bool orphaned = starter_.is_dead();
+        if (!watched.hang.found() && now < kill_at && !orphaned) continue;
         watched.ended_at = now;
-        watched.outcome = Outcome::hung;
+        watched.outcome = orphaned ? Outcome::orphaned : Outcome::hung;
+        stop_asked_ = stop_asked_ || orphaned;
         system_->kill(sketch.descriptor(), SIGKILL);
         return watched;
     }
@@ -232,6 +237,8 @@ std::string Supervisor::find_who_took_its_core(const Watched& watched, const Ske
 std::string Supervisor::how_it_ended(const Watched& watched) {
     const std::string& core_taken = watched.core_taken;
     const std::string because = core_taken.empty() ? "" : ": " + core_taken;
+    if (watched.outcome == Outcome::orphaned)
+        return "the program that started it died, and the sketch was ended at once";
     if (watched.hang.found())
         return hang_text(watched.hang, watched.ended_at, !core_taken.empty()) + "; the sketch was killed" +
                because;

@@ -5,10 +5,12 @@
 //       │      ──fork, exec──► sketch
 //       │
 //       │  every 10 ms, or woken by its pidfd: is the sketch dying (its death witness in the pins
-//       │  file)? dead? has a loop broken its promise (heartbeats)?
+//       │  file)? dead? has a loop broken its promise (heartbeats)? is who started the supervisor
+//       │  dead (starter.h)?
 //       │
 //       ├─ a promise is broken, or its warden does not look (hang.h)
 //       │                                 ──► SIGKILL: a sketch that hangs cannot be reasoned with
+//       ├─ its starter is dead ──► SIGKILL: to stop in order takes the sketch's longest period
 //       └─ it is dead or dying ──► at real-time priority:
 //                                  1. force every output that has a safe state
 //                                  2. set sketch_dead in the pins file and in the service's link
@@ -35,6 +37,7 @@
 #include "apps/supervisor/heat_watch.h"
 #include "apps/supervisor/safe_hands.h"
 #include "apps/supervisor/sketch_process.h"
+#include "apps/supervisor/starter.h"
 #include "apps/supervisor/system_calls.h"
 #include "base/result.h"
 #include "base/time.h"
@@ -51,6 +54,7 @@ struct Options {
     /// The record of what the sketch changed on the computer.
     std::string settings_state = board::linux::kDefaultSettingsState;
     std::string sysfs_root;  ///< precedes /sys (tests)
+    std::string starter;     ///< the word of who started it (starter.h); empty: none
     bool restart = false;    ///< start the sketch again when it died or hung
     /// No virtual machine: make the file (real pins only).
     bool make_pins = false;
@@ -62,7 +66,7 @@ struct Options {
 class Supervisor {
   public:
     /// Opens the pins file and takes the supervisor's role on it. `system` outlives it. Errors:
-    /// PinsFile::open.
+    /// PinsFile::open, Starter::open.
     static Result<Supervisor> open(Options options, SystemCalls& system);
 
     /// Runs the sketch to its end (with `restart`: until it ends well or a stop is asked for).
@@ -71,7 +75,7 @@ class Supervisor {
     int run(int signals);
 
   private:
-    enum class Outcome { ended, hung };
+    enum class Outcome { ended, hung, orphaned };
     struct Watched {
         Outcome outcome = Outcome::ended;
         Ending ending;
@@ -103,6 +107,7 @@ class Supervisor {
     SystemCalls* system_;
     board::linux::PinsFile machine_role_;  // with make_pins
     board::linux::PinsFile file_;
+    Starter starter_;
     SafeHands hands_;
     HeatWatchTask heat_watch_task_;
     HeatWatch heat_watch_;

@@ -121,6 +121,12 @@ class RealTime(Simulated):
         self.assertIn("What holds on this board", self.stack.report())
         self.assertNotIn("What holds", self.stack.said)
 
+    def test_a_killed_ones_sketch_is_ended_by_its_supervisor(self):
+        self.stack.process.kill()
+        self.stack.wait_end()
+        wait_until(lambda: "the program that started it died" in self.stack.log(), "the supervisor saw it")
+        wait_until(lambda: not self.stack.processes(), "everything it started has ended: %s" % self.stack.processes())
+
     def test_a_killed_sketch_and_a_killed_machine_come_back(self):
         for name in ("printer", "virtual-machine", "qduino-supervisor"):
             killed = wait_until(lambda: self.stack.pid_of(name), "the %s is up" % name)

@@ -226,7 +226,7 @@ class Storm:
 
     def count_last_words(self, killed_at, was_hot):
         self.stack.reader.join(timeout=30)
-        words = self.stack.said
+        words = self.stack.said + self.stack.log()  # the machine speaks into the log
         if "left ON" in words:
             self.fail("launcher killed: the machine ended with a heater on")
         times = [float(line.split()[-2]) for line in words.splitlines() if " off since " in line]

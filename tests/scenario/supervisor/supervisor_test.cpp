@@ -1,6 +1,7 @@
 // However a sketch ends, its pins end in their safe states, and the print service learns of it.
 #include <random>
 
+#include "apps/supervisor/starter.h"
 #include "tests/scenario/supervisor/supervised_sketch.h"
 
 namespace qduino::board::linux::test::supervisor_test {
@@ -150,6 +151,70 @@ TEST(Supervisor, KillingTheSupervisorStopsTheSketchThroughItsSafeStates) {
     ::kill(run.supervisor(), SIGKILL);
     while (::kill(sketch, 0) == 0) std::this_thread::sleep_for(1ms);
     EXPECT_EQ(run.finish(), 128 + SIGKILL);
+    expect_safe(run.machine());
+}
+
+/// A program that starts a supervisor, as the supervisor sees it, until it is killed.
+class KilledStarter {
+  public:
+    KilledStarter() {
+        int ends[2];
+        EXPECT_EQ(::pipe(ends), 0);
+        pid_ = ::fork();
+        if (pid_ == 0) live_on(ends[1]);
+        ::close(ends[1]);
+        std::array<char, 64> said{};
+        EXPECT_GT(::read(ends[0], said.data(), said.size() - 1), 0) << "the starter did not come up";
+        ::close(ends[0]);
+        // Its own descriptor, as another process finds it.
+        path_ = "/proc/" + std::to_string(pid_) + std::string{said.data()}.substr(sizeof "/proc/self" - 1);
+    }
+    ~KilledStarter() { kill(); }
+    KilledStarter(const KilledStarter&) = delete;
+    KilledStarter& operator=(const KilledStarter&) = delete;
+    [[nodiscard]] const std::string& path() const { return path_; }
+    void kill() {
+        if (pid_ <= 0) return;
+        ::kill(pid_, SIGKILL);
+        ::waitpid(pid_, nullptr, 0);
+        pid_ = 0;
+    }
+
+  private:
+    [[noreturn]] static void live_on(int report) {
+        ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+        supervisor::StarterLife life;
+        if (!life.begin()) ::_exit(1);
+        const std::string path = life.path();
+        static_cast<void>(!::write(report, path.c_str(), path.size()));
+        for (;;) ::pause();
+    }
+    pid_t pid_ = 0;
+    std::string path_;
+};
+
+TEST(Supervisor, ASketchEndsWithSafePinsWhenItsStarterIsKilledThoughNobodyAsksItToStop) {
+    KilledStarter starter;
+    const TemporaryLink link{0};
+    // It is no child of the starter, and deaf: the kernel sends nothing, and it would hear nothing.
+    SupervisedSketch run{"deaf", {"--link", link.path(), "--starter", starter.path()}};
+    run.wait_for_pin(11);
+    ASSERT_FALSE(run.gone()) << "it ended while its starter lived";
+    starter.kill();
+    ASSERT_NO_FATAL_FAILURE(run.wait_for("the end of an orphan", [&] { return run.gone(); }));
+    EXPECT_EQ(run.finish(), 128 + SIGKILL);
+    expect_safe(run.machine());
+    EXPECT_EQ(run.death(), SketchDeath::died);
+    EXPECT_NE(link.note().find("the program that started it died"), std::string::npos) << link.note();
+}
+
+TEST(Supervisor, WithRestartNoOrphanLivesAgain) {
+    KilledStarter starter;
+    SupervisedSketch run{"live", {"--restart", "--starter", starter.path()}};
+    run.wait_until_running();
+    starter.kill();
+    ASSERT_NO_FATAL_FAILURE(run.wait_for("the end of an orphan", [&] { return run.gone(); }));
+    run.finish();
     expect_safe(run.machine());
 }
 
