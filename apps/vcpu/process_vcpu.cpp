@@ -38,13 +38,6 @@ CpuList own_cores() {
     return cores;
 }
 
-/// Puts away the trees of killed keepers. What cannot be removed keeps its record.
-void put_dead_away(const PromiseRegister& promises) {
-    for (const Promise& dead : promises.dead()) {
-        if (board::linux::remove_group(dead.groups, kRemoveWithin)) PromiseRegister::forget(dead);
-    }
-}
-
 }  // namespace
 
 Result<void> ProcessVcpu::choose_core(std::span<const Promise> promises) {
@@ -78,7 +71,7 @@ Result<ProcessVcpu> ProcessVcpu::make(ProcessVcpuOptions options) {
     QDUINO_TRY_ASSIGN(const CpuGroupPlace place, board::linux::find_cpu_group_place());
     vcpu.tree_.parent = place.parents[0];
     QDUINO_TRY_ASSIGN(const PromiseRegister promises, PromiseRegister::open());
-    put_dead_away(promises);
+    promises.put_dead_away(kRemoveWithin);
     QDUINO_TRY(vcpu.choose_core(promises.living()));
     if (!vcpu.verdict_.admitted && !options.also_when_refused) return vcpu;
 

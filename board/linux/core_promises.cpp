@@ -11,6 +11,7 @@
 #include "base/text.h"
 #include "base/whole_number.h"
 #include "board/linux/clock.h"
+#include "board/linux/cpu_group.h"
 #include "board/linux/cpu_list.h"
 #include "board/linux/kernel_text.h"
 #include "posix/guarded_file.h"
@@ -174,7 +175,11 @@ void PromiseRegister::read(const std::string& path, std::string_view name) {
     if (lives) living_.push_back(std::move(promise));
 }
 
-void PromiseRegister::forget(const Promise& dead) { ::unlink(dead.path.c_str()); }
+void PromiseRegister::put_dead_away(Nanoseconds patience) const {
+    for (const Promise& dead : dead_) {
+        if (remove_group(dead.groups, patience)) ::unlink(dead.path.c_str());
+    }
+}
 
 std::string PromiseRegister::free_name() const {
     for (int number = 0;; ++number) {

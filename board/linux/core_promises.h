@@ -11,8 +11,9 @@
 //     group /sys/fs/cgroup/cpu/qduino-vcpu.4711.0    a control group that was made for the tree
 //
 // The lock ends with its holder, however that dies. So a file that nobody has locked is a dead
-// program's: its promise counts no more, and the next program that makes a VCPU removes its
-// groups. A program writes its file before it makes a group: no group is without a record.
+// program's: its promise counts no more, and the next program that makes a promise removes its
+// file and its groups. A program writes its file before it makes a group: no group is without a
+// record.
 //
 // Reading the promises, admitting another one and writing that down is one step, under the lock on
 // "qduino-promises.lock". The register is advisory, as core_lock.h is: other real-time programs do
@@ -76,8 +77,9 @@ class PromiseRegister {
     [[nodiscard]] const std::vector<Promise>& living() const { return living_; }
     /// What dead programs left, and this user may take away.
     [[nodiscard]] const std::vector<Promise>& dead() const { return dead_; }
-    /// Removes the file of a dead program.
-    static void forget(const Promise& dead);
+    /// Removes the files of dead programs, and the control groups that they left: waits up to
+    /// `patience` for each of these. What cannot be removed keeps its record. Setup-time.
+    void put_dead_away(Nanoseconds patience) const;
     /// Where the next promise of this process will be written: the last part of the name is free.
     [[nodiscard]] std::string free_name() const;
     /// Writes `promise` down as file `name`, of free_name(). Error: what the kernel says.

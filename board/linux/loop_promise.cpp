@@ -12,6 +12,8 @@ namespace {
 
 /// A report is made while the loops run, by the thread that ends them: it waits for no one.
 constexpr Nanoseconds kLookPatience = 20ms;
+/// A dead program's group that does not go meanwhile is left to the next start.
+constexpr Nanoseconds kRemoveDeadWithin = 100ms;
 
 TreeGuarantee describe_tree(const TreeVcpu& tree, const Promise& promise, std::span<const Promise> others) {
     const TreeVerdict verdict = admit_tree(tree, others);
@@ -73,6 +75,7 @@ void LoopPromise::make(std::span<const VcpuSpec> specs,
     }
     const auto promises = PromiseRegister::open(root_);
     if (!promises) return;
+    promises->put_dead_away(kRemoveDeadWithin);
     if (auto held = promises->hold(promise_, promises->free_name())) held_ = std::move(*held);
 }
 

@@ -103,7 +103,7 @@ TEST(CorePromises, AKilledHoldersPromiseCountsNoMore) {
         EXPECT_TRUE(promises.living().empty());
         ASSERT_EQ(promises.dead().size(), 1u);
         EXPECT_EQ(promises.dead()[0].groups, sample_promise().groups);
-        PromiseRegister::forget(promises.dead()[0]);
+        promises.put_dead_away(1s);
     }
     EXPECT_TRUE(open_register(machine).dead().empty());
 }
@@ -199,6 +199,45 @@ TEST(CorePromises, AUserReadsWhatRootHasPromised) {
                mine->hold(sample_promise(), mine->free_name());
     }};
     EXPECT_TRUE(user.succeeded());
+}
+
+/// The promises of this user that lie there, the living and the dead.
+std::size_t promise_files(const FakeMachine& machine) {
+    const auto folder = own_register(machine.root());
+    EXPECT_TRUE(folder);
+    return static_cast<std::size_t>(std::ranges::count_if(
+        std::filesystem::directory_iterator{*folder},
+        [](const auto& each) { return each.path().filename().native().starts_with("qduino-promise."); }));
+}
+
+TEST(LoopPromise, EachStartRemovesWhatDeadProgramsLeftAndNothingElse) {
+    const FakeMachine machine;
+    const auto living = open_register(machine).hold(sample_promise(), "7.0");
+    ASSERT_TRUE(living);
+    VcpuSpec spec;
+    static_cast<sched::Vcpu&>(spec) = {.id = 1, .budget = 1ms, .period = 100ms, .core = 0};
+    const auto start = [&](LoopPromise& loops) {
+        loops.make(
+            std::vector{spec}, [](int) { return sched::PlatformOverheads{}; }, machine.root());
+    };
+    for (int killed = 0; killed < 5; ++killed) {
+        const pid_t sketch = ::fork();
+        if (sketch == 0) {
+            LoopPromise loops;
+            start(loops);
+            ::_exit(0);  // as a kill: nothing is taken back
+        }
+        ASSERT_EQ(::waitpid(sketch, nullptr, 0), sketch);
+        EXPECT_EQ(promise_files(machine), 2u) << "those of the living one and of the last dead one";
+    }
+    const auto folder = own_register(machine.root());
+    ASSERT_TRUE(folder);
+    // A record that names a group which nobody may remove stays.
+    std::ofstream{*folder + "/qduino-promise.9.0"} << "tree 0 5000000 10000000 dead\ngroup /proc/not-ours\n";
+    LoopPromise loops;
+    start(loops);
+    EXPECT_EQ(promise_files(machine), 3u) << "of the living one, of this one, and the one that stays";
+    EXPECT_EQ(open_register(machine).living().size(), 2u);
 }
 
 TEST(LoopPromise, ASketchTellsItsLoopsAndNamesTheTreesOnItsCores) {
