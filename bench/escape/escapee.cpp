@@ -73,6 +73,7 @@ int run(double seconds, const char* report, bool warden) {
     auto opened = LinuxBoard::open(config);
     if (!opened) return 1;
     LinuxBoard& board = **opened;
+    if (g_pattern->prepare) g_pattern->prepare();
     static_cast<void>(board.platform_overheads(0));
     if (!board.start(std::array{loop(1, 1ms, 10ms, escape, board), loop(2, 4ms, 40ms, keep_to_budget, board),
                                 loop(3, 400us, 4ms, keep_above, board)}))
@@ -96,6 +97,5 @@ int main(int argc, char** argv) {
         if (std::string_view{argv[1]} == pattern.name) g_pattern = &pattern;
     }
     if (!g_pattern) return 100;
-    if (g_pattern->prepare) g_pattern->prepare();
     return run(std::atof(argv[2]), argv[3], argc < 5 || std::string_view{argv[4]} != "--without-warden");
 }

@@ -20,6 +20,7 @@
 #include "base/whole_number.h"
 #include "board/linux/clock.h"
 #include "board/linux/kernel_text.h"
+#include "board/linux/strangers.h"
 #include "posix/small_file.h"
 #include "posix/unique_fd.h"
 
@@ -30,6 +31,7 @@ using board::linux::block_until;
 using board::linux::monotonic_now;
 
 constexpr int kBeginsWithinMs = 8000;
+constexpr Nanoseconds kLookEvery = 90ms;
 constexpr Nanoseconds kReportsWithin = 30s;  // on a busy computer: it writes in a moment else
 
 struct Process {
@@ -100,6 +102,21 @@ Sample take_sample(pid_t sketch) {
     }
     sample.escapee -= cpu_of_other_loops(sketch);
     return sample;
+}
+
+/// Some thread runs at a real-time priority, its own or lent, that is none of the board's.
+bool somebody_is_ranked() {
+    for (const auto& [pid, process] : descendants()) {
+        const std::string tasks = "/proc/" + std::to_string(pid) + "/task/";
+        for (const std::string& tid : board::linux::entries(tasks)) {
+            const std::string stat = board::linux::text_of_file(tasks + tid + "/stat");
+            const board::linux::TaskRank rank = board::linux::task_rank(stat);
+            if (rank.effective < 0 && !rank.name.starts_with("loop ") && rank.name != "warden" &&
+                rank.name != "witness")
+                return true;
+        }
+    }
+    return false;
 }
 
 /// Whatever comes from this process ends, and is reaped.
@@ -191,6 +208,10 @@ EscapeRun run_escape(const std::string& program, const std::string& pattern, Nan
     } else {
         const Instant begun = monotonic_now();
         const Sample before = take_sample(sketch);
+        for (Instant look = begun; look < begun + length; look += kLookEvery) {
+            block_until(look);
+            run.saw_ranked = somebody_is_ranked() || run.saw_ranked;
+        }
         block_until(begun + length);
         const Sample after = take_sample(sketch);
         const double passed = to_seconds(monotonic_now() - begun);

@@ -17,7 +17,9 @@ struct EscapeRun {
     /// CPU time of the loop that tries to escape and of everything that it started, by the time
     /// that passed. The board's main thread counts with it, the warden and the other loop do not.
     double share = 0;
-    double warden_share = 0;    ///< the warden's CPU time by the time that passed
+    double warden_share = 0;  ///< the warden's CPU time by the time that passed
+    /// Beside loops, warden and witness some thread was seen at a real-time priority in effect.
+    bool saw_ranked = false;
     Nanoseconds bystander{-1};  ///< latest end of a release of the loop above; < 0: unknown
     std::string report;         ///< the guarantee report, JSON; empty: it wrote none
 };

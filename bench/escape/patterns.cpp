@@ -14,6 +14,7 @@
 #include <sys/stat.h>
 #include <sys/syscall.h>
 #include <sys/timerfd.h>
+#include <sys/wait.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -493,6 +494,41 @@ void prepare_child() {
     take_turns_at_the_top();
 }
 
+[[noreturn]] void rank_and_spin() {
+    ::prctl(PR_SET_NAME, "ranked-child");
+    const sched_param highest{98};
+    ::sched_setscheduler(0, SCHED_FIFO, &highest);
+    spin_for(1s);
+    ::_exit(0);
+}
+
+/// Each is in front of everybody until somebody stops it; then there is another.
+void prepare_children() {
+    if (::fork() != 0) return;
+    ::prctl(PR_SET_NAME, "maker");
+    ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+    stay_on_the_last_core();
+    nap(1s);
+    for (;;) {
+        if (::fork() == 0) rank_and_spin();
+        nap(20ms);
+    }
+}
+
+/// The process between it and the sketch is gone.
+void prepare_orphan() {
+    const pid_t between = ::fork();
+    if (between != 0) {
+        ::waitpid(between, nullptr, 0);
+        return;
+    }
+    if (::fork() != 0) ::_exit(0);
+    ::prctl(PR_SET_NAME, "ranked-orphan");
+    stay_on_the_last_core();
+    nap(1s);
+    take_turns_at_the_top();
+}
+
 std::vector<int> g_timers;
 
 void prepare_timers() {
@@ -516,6 +552,22 @@ void timer_storm(Board& board) {
         for (const int timer : g_timers) ::timerfd_settime(timer, TFD_TIMER_ABSTIME, &when, nullptr);
         board.sleep_until(release);
     }
+}
+
+void* arm_timers(void*) {
+    ::prctl(PR_SET_NAME, "timer-storm");
+    wait_until_begun();
+    for (Instant next = monotonic_now() + 500ms;; next += 500ms) {
+        itimerspec when{};
+        when.it_value = board::linux::to_timespec(to_ns(next));
+        for (const int timer : g_timers) ::timerfd_settime(timer, TFD_TIMER_ABSTIME, &when, nullptr);
+        board::linux::block_until(next);
+    }
+}
+
+void prepare_threads_timers() {
+    prepare_timers();
+    start_thread(arm_timers);
 }
 
 void* shoot(void*) {
@@ -568,8 +620,14 @@ constexpr std::array kPatterns{
     EscapePattern{"ranked_child", "setup()'s process ranks itself now and then", wait_for_the_others,
                   prepare_child},
     EscapePattern{"timer_storm", "arms 19,900 timers for one instant", timer_storm, prepare_timers},
-    EscapePattern{"shootdowns", "setup()'s thread interrupts all cores", wait_for_the_others,
-                  prepare_shooter},
+    EscapePattern{"ranked_children", "setup()'s process ranks one child after the other", wait_for_the_others,
+                  prepare_children},
+    EscapePattern{"ranked_orphan", "a process without a parent ranks itself", wait_for_the_others,
+                  prepare_orphan},
+    EscapePattern{"threads_timers", "setup()'s thread arms 19,900 timers for one instant",
+                  wait_for_the_others, prepare_threads_timers, false, true},
+    EscapePattern{"shootdowns", "setup()'s thread interrupts all cores", wait_for_the_others, prepare_shooter,
+                  false, true},
 };
 
 }  // namespace

@@ -13,6 +13,7 @@ int run_benchmark(int argc, char** argv, Options defaults, const About& about,
     line.flag("--json", defaults.json, "Print one JSON object");
     line.option("--seconds", defaults.seconds, "Length of each run").within(0.5, 20.0).shows_default();
     line.option("--rounds", defaults.rounds, "Runs of each, in turn").within(1, 100).shows_default();
+    if (about.has_parts) line.option("--only", defaults.only, "Those alone that have this in their names");
     if (about.has_load) {
         line.option("--load", defaults.load, "What else the computer does")
             .one_of({"idle", "submission", "both"})

@@ -14,13 +14,16 @@ struct Options {
     /// Runs of each contender, in turn: a host's noise comes and goes within seconds.
     int rounds = 8;
     std::string load = "both";  ///< idle, submission or both
+    /// Of the parts that a benchmark has: those with this in their names.
+    std::string only = {};
 };
 
 /// What a benchmark says of itself on --help.
 struct About {
     std::string description;
     std::string footer;
-    bool has_load = false;  ///< it takes --load
+    bool has_load = false;   ///< it takes --load
+    bool has_parts = false;  ///< it takes --only
 };
 
 /// main() of a benchmark: `run` gets `defaults` as the command line changes them. Returns the exit

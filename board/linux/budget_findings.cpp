@@ -106,6 +106,7 @@ void describe_watch(GuaranteeReport& report, const Warden& warden) {
         write(report.intruders, each.lender.load(), " for ", Nanoseconds{each.cpu_ns} / 1ms,
               " ms, as the loop waited for its lock; the loop's budget paid");
     }
+    if (findings->all_stopped) write(report.intruders, "; so were all others that are no loops");
 }
 
 }  // namespace qduino::board::linux

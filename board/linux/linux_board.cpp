@@ -1,5 +1,6 @@
 #include "board/linux/linux_board.h"
 
+#include <sys/prctl.h>
 #include <sys/resource.h>
 
 #include <algorithm>
@@ -56,6 +57,9 @@ LinuxBoard::LinuxBoard(LinuxConfig config) : config_(std::move(config)), core_co
 Result<std::unique_ptr<LinuxBoard>> LinuxBoard::open(LinuxConfig config) {
     std::unique_ptr<LinuxBoard> board{new LinuxBoard{std::move(config)}};
     cycle_clock.start();
+    // Before setup(). A process whose parent has died is the sketch's child then, where the warden
+    // sees it (strangers.h).
+    if (board->config_.enforce_budgets && board->config_.warden) ::prctl(PR_SET_CHILD_SUBREAPER, 1, 0, 0, 0);
     QDUINO_TRY(board->pins_.open(board->config_));
     if (VirtualPins& shared = board->pins_.virtual_pins(); shared.attached())
         board->life_ = SignsOfLife{shared, board->config_.heartbeat_bound};

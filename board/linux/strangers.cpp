@@ -18,9 +18,16 @@
 namespace qduino::board::linux {
 namespace {
 
-constexpr std::size_t kTasksMax = 256;  // looked at in a sweep
+constexpr std::size_t kTasksMax = 256;  // of a process, looked at in a sweep
+/// From so many on that made themselves real-time, whoever makes them is to be stopped, too.
+constexpr int kDeposedMax = 2;
 
 int open_file(const FixedString<64>& path) { return ::open(path.view().data(), O_RDONLY | O_CLOEXEC); }
+
+int open_folder(pid_t process) {
+    const auto path = text<FixedString<64>>("/proc/", process, "/task", '\0');
+    return ::open(path.view().data(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+}
 
 std::string_view next_word(std::string_view& text) {
     const std::size_t end = std::min(text.find_first_of(" \n"), text.size());
@@ -57,10 +64,10 @@ TaskRank task_rank(std::string_view stat) {
 // ---- who there is -------------------------------------------------------------------------------
 
 template <typename Function>
-void Strangers::for_each_thread(const Function& function) const {
+void Strangers::for_each_thread(int folder, const Function& function) {
     alignas(8) std::array<std::byte, kTasksMax * 24> entries;
-    ::lseek(folder_, 0, SEEK_SET);
-    const long bytes = ::syscall(SYS_getdents64, folder_, entries.data(), entries.size());
+    ::lseek(folder, 0, SEEK_SET);
+    const long bytes = ::syscall(SYS_getdents64, folder, entries.data(), entries.size());
     for (long at = 0; at < bytes;) {
         // linux_dirent64 of getdents64(2): inode, offset, the length of the entry, type, name.
         const std::byte* entry = entries.data() + at;
@@ -81,30 +88,61 @@ void Strangers::open(pid_t sketch, bool grows, WardenFindings& findings, Wards& 
     grows_ = grows;
     findings_ = &findings;
     wards_ = &wards;
-    const auto path = text<FixedString<64>>("/proc/", sketch, "/task", '\0');
-    folder_ = ::open(path.view().data(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    folder_ = open_folder(sketch);
     find_new(true);
 }
 
+/// Breadth first: the threads of the sketch, those of its children, and so on.
 void Strangers::find_new(bool known) {
     threads_ = thread_count();
-    for_each_thread([&](pid_t tid) {
-        if (wards_->has(tid) || std::ranges::find(strangers_, tid, &Stranger::tid) != strangers_.end())
-            return;
-        Stranger stranger;
-        stranger.tid = tid;
-        stranger.stat_file =
-            open_file(text<FixedString<64>>("/proc/", sketch_, "/task/", tid, "/stat", '\0'));
-        if (stranger.stat_file < 0) return;
-        sched::ThreadTimes times;
-        if (stranger.times.open(sketch_, tid) && stranger.times.read(times)) stranger.cpu = times.cpu;
-        if (!strangers_.try_push_back(stranger)) {
-            ::close(stranger.stat_file);
-            stranger.times.close();
-            return;
-        }
-        if (!known) ++fresh_;
+    Processes processes;
+    find_in(folder_, sketch_, known, processes);
+    for (std::size_t i = 0; i < processes.size(); ++i) {
+        const int folder = open_folder(processes[i]);
+        if (folder < 0) continue;
+        find_in(folder, processes[i], known, processes);
+        ::close(folder);
+    }
+}
+
+void Strangers::find_in(int folder, pid_t process, bool known, Processes& processes) {
+    for_each_thread(folder, [&](pid_t tid) {
+        const bool is_ward = wards_->has(tid);
+        if (!is_ward) meet(process, tid, known);
+        // Of the wards, a classic loop alone may start processes.
+        if (!is_ward || grows_) add_children(process, tid, processes);
     });
+}
+
+void Strangers::meet(pid_t process, pid_t tid, bool known) {
+    if (std::ranges::find(strangers_, tid, &Stranger::tid) != strangers_.end()) return;
+    Stranger stranger;
+    stranger.process = process;
+    stranger.tid = tid;
+    stranger.stat_file = open_file(text<FixedString<64>>("/proc/", process, "/task/", tid, "/stat", '\0'));
+    if (stranger.stat_file < 0) return;
+    sched::ThreadTimes times;
+    if (stranger.times.open(process, tid) && stranger.times.read(times)) stranger.cpu = times.cpu;
+    if (!strangers_.try_push_back(stranger)) {
+        ::close(stranger.stat_file);
+        stranger.times.close();
+        return;
+    }
+    if (!known && process == sketch_) ++fresh_;
+}
+
+/// The warden itself is a child of the sketch, and so may be who works on a budget.
+void Strangers::add_children(pid_t process, pid_t tid, Processes& processes) const {
+    const int list = open_file(text<FixedString<64>>("/proc/", process, "/task/", tid, "/children", '\0'));
+    if (list < 0) return;
+    TaskText buffer;
+    std::string_view children = read_anew(list, buffer);
+    ::close(list);
+    while (!children.empty()) {
+        const auto child = whole_number<pid_t>(next_word(children));
+        if (!child || *child == ::getpid() || wards_->has(*child)) continue;
+        static_cast<void>(processes.try_push_back(*child));
+    }
 }
 
 /// The first thread is the board's own once the loops run, and alone it is no stranger.
@@ -127,10 +165,7 @@ void Strangers::sweep(Instant now) {
     auto* const last =
         std::remove_if(strangers_.begin(), strangers_.end(), [](const Stranger& each) { return each.gone; });
     while (strangers_.end() != last) strangers_.pop_back();
-    for (Stranger& stranger : strangers_) {
-        look_at(stranger);
-        look_at_children(stranger.tid);
-    }
+    for (Stranger& stranger : strangers_) look_at(stranger);
     findings_->strangers = std::max<std::uint32_t>(findings_->strangers, fresh_);
     next_look_ = are_watched() ? now + kLookEvery : kForever;
 }
@@ -150,7 +185,7 @@ void Strangers::look_at(Stranger& stranger) {
     const Nanoseconds used = times.cpu - stranger.cpu;
     stranger.cpu = times.cpu;
     const TaskRank rank = task_rank(stat);
-    if (rank.ranked_itself()) return depose(stranger.tid, rank.name, StrangerKind::thread_ranked);
+    if (rank.ranked_itself()) return depose(stranger, rank.name);
     if (!rank.lent()) return;
     const VcpuId lender = wards_->charge(rank.priority(), rank.core, used);
     StrangerFindings* const found = finding_of(stranger.tid, rank.name);
@@ -160,31 +195,23 @@ void Strangers::look_at(Stranger& stranger) {
     found->kind = StrangerKind::lent;
 }
 
-void Strangers::look_at_children(pid_t tid) {
-    const int list = open_file(text<FixedString<64>>("/proc/", sketch_, "/task/", tid, "/children", '\0'));
-    if (list < 0) return;
-    TaskText buffer;
-    std::string_view children = read_anew(list, buffer);
-    ::close(list);
-    while (!children.empty()) {
-        const auto child = whole_number<pid_t>(next_word(children));
-        if (!child || *child == ::getpid() || wards_->has(*child)) continue;
-        const int file = open_file(text<FixedString<64>>("/proc/", *child, "/stat", '\0'));
-        if (file < 0) continue;
-        TaskText text_of_child;
-        const TaskRank rank = task_rank(read_anew(file, text_of_child));
-        ::close(file);
-        if (rank.ranked_itself()) depose(*child, rank.name, StrangerKind::process_ranked);
-    }
-}
-
 // ---- what is done -------------------------------------------------------------------------------
 
-/// It loses its priority, and is stopped for good: it would take the priority again. The first
-/// thread is the process to others, and is not stopped.
-void Strangers::depose(pid_t tid, std::string_view name, StrangerKind kind) {
+/// It loses its priority, and is stopped for good: it would take the priority again.
+void Strangers::depose(const Stranger& stranger, std::string_view name) {
     ++findings_->usurpers;
-    if (StrangerFindings* const found = finding_of(tid, name)) found->kind = kind;
+    ++deposed_;
+    if (StrangerFindings* const found = finding_of(stranger.tid, name))
+        found->kind =
+            stranger.process == sketch_ ? StrangerKind::thread_ranked : StrangerKind::process_ranked;
+    hold_for_good(stranger.tid);
+    if (deposed_ < kDeposedMax) return;
+    for (const Stranger& each : strangers_) hold_for_good(each.tid);
+    findings_->all_stopped = true;
+}
+
+/// The first thread is the process to others, and is not stopped.
+void Strangers::hold_for_good(pid_t tid) {
     const auto held =
         std::ranges::find_if(held_, [&](const HeldThread& each) { return each.place().tid == tid; });
     if (tid == sketch_ || held != held_.end() || !held_.try_push_back(HeldThread{{tid, 0, 0}}))

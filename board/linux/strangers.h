@@ -2,7 +2,8 @@
 //
 // They are ordinary tasks, and take what no loop wants. There are two ways out of that:
 //
-//   a thread makes itself real-time            it is stopped for good
+//   a thread makes itself real-time            it is stopped for good. After the second, all of
+//                                              them are: somebody makes others in their place
 //   a lock with priority inheritance: a loop   what it uses meanwhile is charged to the loop. When
 //   waits for it, and the kernel lends the     that has nothing left, the warden stops the loop:
 //   loop's priority to the holder              it waits no longer, and so lends nothing
@@ -12,10 +13,12 @@
 //
 // Loops make no threads (confinement.h). So a sketch has strangers only if setup() or a library
 // made some, or a classic loop() may. They are looked at every 8 ms then. Else the warden pays for
-// nothing but a look each 200 ms.
+// nothing but a look each 200 ms. Child processes are strangers, and theirs, too; one whose parent
+// has died is the sketch's child then (PR_SET_CHILD_SUBREAPER, LinuxBoard). New processes are
+// looked for every 200 ms. So those that make themselves real-time have 400 ms together, ever.
 //
-// A thread that is lent a priority for less than 8 ms, between two looks, is not seen. A process
-// whose parent has died is nobody's child, and is not seen either: that takes a control group.
+// Not seen: a thread that is lent a priority for less than 8 ms, between two looks; a process of
+// somebody who died before the board was opened (in a static constructor).
 //
 // No heap: in the warden's process.
 #pragma once
@@ -66,34 +69,40 @@ class Strangers {
     void open(pid_t sketch, bool grows, WardenFindings& findings, Wards& wards);
     [[nodiscard]] Instant next_look() const { return next_look_; }
     void look(Instant now);
-    /// New threads, and child processes, too.
+    /// New threads and processes, too.
     void sweep(Instant now);
     /// What waitpid() told.
     void changed(pid_t tid, int status);
 
   private:
     struct Stranger {
+        pid_t process = 0;
         pid_t tid = 0;
         int stat_file = -1;
         ThreadTimesFile times;
         Nanoseconds cpu{};  // at the last look
         bool gone = false;
     };
+    using Processes = FixedVector<pid_t, 64>;
     void find_new(bool known);
+    void find_in(int folder, pid_t process, bool known, Processes& processes);
+    void meet(pid_t process, pid_t tid, bool known);
+    void add_children(pid_t process, pid_t tid, Processes& processes) const;
     void look_at(Stranger& stranger);
-    void look_at_children(pid_t tid);
-    void depose(pid_t tid, std::string_view name, StrangerKind kind);
+    void depose(const Stranger& stranger, std::string_view name);
+    void hold_for_good(pid_t tid);
     StrangerFindings* finding_of(pid_t tid, std::string_view name);
     [[nodiscard]] bool are_watched() const;
     [[nodiscard]] unsigned long thread_count() const;
     template <typename Function>
-    void for_each_thread(const Function& function) const;
+    static void for_each_thread(int folder, const Function& function);
 
     pid_t sketch_ = 0;
     int folder_ = -1;
     bool grows_ = false;
     unsigned long threads_ = 0;  // as of the last sweep
-    std::uint32_t fresh_ = 0;    // that came after the loops had begun
+    std::uint32_t fresh_ = 0;    // threads that came after the loops had begun
+    int deposed_ = 0;            // had made themselves real-time
     Instant next_look_ = kForever;
     WardenFindings* findings_ = nullptr;
     Wards* wards_ = nullptr;

@@ -109,6 +109,8 @@ struct WardenFindings {
     std::atomic<std::uint32_t> strangers;
     /// Those of them that had made themselves real-time, and were stopped for good.
     std::atomic<std::uint32_t> usurpers;
+    /// Then all others in nobody's budget were stopped, too.
+    std::atomic<bool> all_stopped;
     std::array<StrangerFindings, 8> named;
     std::array<WardFindings, kVcpuLimit> wards;
 };
