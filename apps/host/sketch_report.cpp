@@ -19,11 +19,19 @@ long long sum_of(const std::vector<const runtime::Loop*>& loops,
     return sum;
 }
 
-/// How long the release in hand has lasted, of a loop that waits for its periods; else nothing.
+/// How long the release in hand has lasted, of a loop that waits for its periods, or has not come
+/// to the end of its body yet; else nothing. The classic loop() has no periods that a person gave.
 Nanoseconds length_of_release(const runtime::Loop& loop, Instant now) {
     const runtime::LoopStatistics& was = loop.statistics;
-    if (was.ended.get() > 0 || was.releases.get() < 2) return Nanoseconds{0};
+    if (was.ended.get() > 0 || was.releases.get() == 0) return Nanoseconds{0};
+    const bool in_its_first = was.releases.get() == 1 && was.passes.get() <= 1 && !loop.declaration.classic;
+    if (was.releases.get() < 2 && !in_its_first) return Nanoseconds{0};
     return std::max(now - instant_from_ns(was.release_began_ns.get()), Nanoseconds{0});
+}
+
+/// Whole periods that the release in hand has missed, at the end of a run.
+long long missed_periods(const runtime::Loop& loop, Instant now) {
+    return length_of_release(loop, now) / loop.declaration.period;
 }
 
 /// One that is still in a release, in a delay() or a poll, has missed all the others, and no
@@ -32,7 +40,7 @@ std::string stuck_loops(const std::vector<const runtime::Loop*>& loops, Instant 
     std::string out;
     for (const runtime::Loop* loop : loops) {
         const Nanoseconds length = length_of_release(*loop, now);
-        const long long missed = length / loop->declaration.period;
+        const long long missed = missed_periods(*loop, now);
         if (missed < 1) continue;
         write(out, "; loop ", loop->declaration.id, " has not ended a release for ", human_duration(length),
               " and missed ", counted(missed, "period"));
@@ -140,9 +148,9 @@ std::string run_report(const runtime::Runtime& runtime, Instant now) {
 
 namespace {
 
-/// How the loops have kept their periods up to `now`. They run on, and a wake-up may be late: one
+/// How the loops have kept their periods up to `now`. While they run on, a wake-up may be late: one
 /// that is in the period after its own has not missed it yet.
-void add_periods(board::GuaranteeReport& report, const runtime::Runtime& runtime, Instant now) {
+void add_periods(board::GuaranteeReport& report, runtime::Runtime& runtime, Instant now) {
     for (board::LoopGuarantee& line : report.loops) {
         const runtime::Loop* loop = runtime.loop(line.id);
         if (!loop) continue;  // a bottom half has no periods of its own
@@ -150,7 +158,8 @@ void add_periods(board::GuaranteeReport& report, const runtime::Runtime& runtime
         line.releases = was.releases.get();
         line.overruns = was.overruns.get();
         line.dropped = was.dropped.get();
-        line.missed = std::max<std::int64_t>(length_of_release(*loop, now) / line.period - 1, 0);
+        const bool runs_on = !runtime.board().stop_requested();
+        line.missed = std::max<std::int64_t>(missed_periods(*loop, now) - (runs_on ? 1 : 0), 0);
         line.worst_late = Nanoseconds{was.lateness_ns_max.get()};
     }
 }

@@ -263,5 +263,22 @@ TEST_F(ProfileTest, ALoopThatSitsInADelayHasNotKeptItsPeriods) {
         "missed 251 periods");
 }
 
+TEST_F(ProfileTest, ALoopThatNeverEndsItsFirstReleaseHasNotKeptItsPeriods) {
+    loop(1, 2ms, 10ms, 0, [&](int) { board_.sleep_until(board_.now() + 36000s); });
+    run(2s);
+    EXPECT_EQ(periods_kept(loops_of(*runtime_), board_.now()),
+              "NOT every period was kept (1 loop, 1 release); loop 1 has not ended a release for 3 s and "
+              "missed 300 periods");
+    EXPECT_EQ(guarantee_of(*runtime_).loops[0].missed, 300) << "the report as JSON says the same";
+}
+
+TEST_F(ProfileTest, ALoopThatWaitsForNoPeriodEndsItsPasses) {
+    loop(1, 2ms, 10ms, 0, [&](int) { work(100us); });
+    run(2s);
+    EXPECT_THAT(periods_kept(loops_of(*runtime_), board_.now()),
+                HasSubstr("every period was kept (1 loop, 1 release)"));
+    EXPECT_EQ(guarantee_of(*runtime_).loops[0].missed, 0);
+}
+
 }  // namespace
 }  // namespace qduino::apps::profile_report_test
