@@ -5,7 +5,7 @@ declarations alone: the core of each VCPU, and which loops have a deferrable ser
 run time were granted. All else it works out: each release's begin and end, in nanoseconds.
 
 At one instant: interrupts first; then the code whose computing is over goes on, the lowest core first; then each core
-decides who runs. Interrupts take time from a core, and from no budget. A server begins when its work was due.
+decides who runs. Code computes in steps, and between two of them it goes on as well, where something else happens on its core at that instant. Interrupts take time from a core, and from no budget. A server begins when its work was due.
 """
 
 import collections
@@ -178,6 +178,8 @@ class Vcpu:
         self.number, self.period, self.core, self.server, self.code = number, period, core, server, code
         self.is_io = isinstance(server, Pibs)
         self.work = 0  # still to be computed before the code goes on
+        self.steps = (1, 0)  # the last so many of that are of so many ns each, those before of a hundred times that
+        self.computed = 0  # since it went on
         self.wakes = NEVER if self.is_io else 0  # None: awake
         self.blocked_at = 0
         self.waits_for = None
@@ -185,6 +187,11 @@ class Vcpu:
         self.heir_of = None  # the highest rank of those that wait for it
         self.grace = 0
         self.queue = collections.deque()
+
+    def between_steps(self):
+        step, singles = self.steps
+        rest = self.work - singles * step
+        return self.computed > 0 and (rest % (100 * step) if rest > 0 else self.work % step) == 0
 
     def own_rank(self):
         return (self.server.client if self.is_io else self.period, self.number)
@@ -205,6 +212,7 @@ class Core:
         if self.current and used:
             self.payer.grace -= min(self.payer.grace, self.payer.server.use(now, used))
             self.current.work = max(self.current.work - used, 0)
+            self.current.computed += used
         self.accounted = now
 
     def steal(self, now, cost):
@@ -235,7 +243,7 @@ class Core:
         self.charge(now)
         if self.stolen > now:
             self.ready, self.next = False, self.stolen
-        elif self.current and self.current.work == 0:
+        elif self.current and (self.current.work == 0 or self.current.between_steps()):
             self.ready = True
         else:
             return True
@@ -319,6 +327,7 @@ class World:
                 continue
             kind, what = vcpu.queue.popleft()
             if kind == "bottom half":
+                vcpu.steps, vcpu.computed = (what.bottom, 1), 0
                 yield "work", what.bottom
                 continue
             begin = self.now
@@ -330,6 +339,7 @@ class World:
     def do(self, vcpu, step):
         kind, *words = step
         if kind == "c":
+            vcpu.steps, vcpu.computed = (self.set.step_ns, words[0] % 100), 0
             yield "work", words[0] * self.set.step_ns
         elif kind == "s":
             yield "until", self.now + words[0]
@@ -465,6 +475,10 @@ class World:
 
     def go_on(self, core):
         vcpu = core.current
+        vcpu.computed = 0
+        if vcpu.work > 0:
+            self.decide(core)
+            return
         kind, *words = next(vcpu.code)
         if kind == "work":
             vcpu.work += words[0]

@@ -109,6 +109,13 @@ class Schedules(unittest.TestCase):
         # The first one counts its releases from when it came up.
         self.assertEqual(milliseconds(seen.releases[1], 2)[1], (12, 14))
 
+    def test_code_between_two_steps_goes_on_before_a_release_of_that_instant(self):
+        # At 5 ms loop 1 wants the lock that loop 3 holds on the other core: so loop 4, due there
+        # at 5 ms, waits for it.
+        run = world(made(cores=2, locks={0: {1: MS, 3: 2 * MS}}, loops=[
+            loop(1, 1, 5, [("l", 0), ("u", 0)]), loop(3, 5, 8, [("c", 3), ("l", 0), ("c", 2), ("u", 0)], core=1), loop(4, 1, 5, core=1)]))
+        self.assertEqual(milliseconds(run.releases[4], 2), [(0, 1), (6, 7)])
+
 
 class Findings(unittest.TestCase):
     def setUp(self):
