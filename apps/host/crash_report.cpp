@@ -22,6 +22,19 @@ constexpr std::uintptr_t kNullPage = 64 * 1024;
 /// So far from the stack pointer a full stack is noticed: a page of guard, and one frame.
 constexpr std::uintptr_t kNearStack = 256 * 1024;
 
+constexpr unsigned kPatienceSeconds = 5;
+volatile std::sig_atomic_t died_of = SIGABRT;
+
+void die_without_words(int) {
+    std::signal(died_of, SIG_DFL);
+    sigset_t waiting;
+    sigemptyset(&waiting);
+    sigaddset(&waiting, died_of);
+    ::sigprocmask(SIG_UNBLOCK, &waiting, nullptr);
+    std::raise(died_of);
+    ::_exit(1);
+}
+
 std::uintptr_t number_of(const void* address) { return reinterpret_cast<std::uintptr_t>(address); }
 
 bool is_near(const void* a, const void* b) {
@@ -111,8 +124,10 @@ void say_crash(const std::string& who, int signal, const siginfo_t* info, const 
     // Others of this core go on meanwhile.
     const sched_param none{};
     static_cast<void>(::sched_setscheduler(0, SCHED_OTHER, &none));
-    std::signal(SIGALRM, SIG_DFL);
-    ::alarm(2);
+    // Without words, then, and still of the signal that it was.
+    died_of = signal;
+    std::signal(SIGALRM, die_without_words);
+    ::alarm(kPatienceSeconds);
     const Crash crash = crash_of(signal, info, context);
     say(verdict(text<std::string>(who, " died at ", place_of_crash(crash), " (", name_of(signal),
                                   "): ", cause_of(crash), ".")));
@@ -121,7 +136,10 @@ void say_crash(const std::string& who, int signal, const siginfo_t* info, const 
 
 void prepare_crash_words() {
     std::array<void*, 4> frames{};
-    ::backtrace(frames.data(), static_cast<int>(frames.size()));  // loads the unwinder
+    // Loads the unwinder.
+    const int count = ::backtrace(frames.data(), static_cast<int>(frames.size()));
+    // And the tables of lines: a handler would take half a second for them.
+    if (count > 0) static_cast<void>(place_of(std::array{static_cast<const void*>(frames[0])}));
 }
 
 }  // namespace qduino::apps

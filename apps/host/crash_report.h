@@ -3,8 +3,8 @@
 //   Verdict: loop 1 died at blink.ino:12 (SIGFPE): it divides by zero. An AVR goes on there…
 //
 // Called in a signal's handler, when nothing of the sketch will run again and its safe states are
-// forced. It reads the program's debug lines and allocates: where the sketch died in the memory
-// allocator that may wait for ever, so an alarm ends it after two seconds.
+// forced. It looks up the program's debug lines and allocates: where the sketch died in the memory
+// allocator that may wait for ever, so an alarm ends it after five seconds.
 #pragma once
 
 #include <csignal>

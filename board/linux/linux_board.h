@@ -155,7 +155,8 @@ class LinuxBoard final : public Board {
         const VcpuThread* const self = VcpuThread::current();
         return self ? self->slept() : Nanoseconds{0};
     }
-    /// What wake-up and enforcement cost here: measured once, at the first call (some 10 ms).
+    /// What wake-up and enforcement cost here: measured once, at the first call (some 25 ms; 0.3 s
+    /// where the host takes the core away meanwhile).
     /// Setup-time.
     [[nodiscard]] sched::PlatformOverheads platform_overheads(int core) override;
     /// What the supervisor takes for a sign of life.
