@@ -171,8 +171,8 @@ void check_bounds(MachineBench& bench) {
 
 using Slides = std::array<double, 3>;
 
-/// How many steps each slide stands beside what was asked: not one. Absent: the head has been beside
-/// the path, and a job that ends in the part leaves it there.
+/// How many steps each slide stands beside what was asked: not one. Absent: the head has been
+/// beside the path, and a job that ends in the part leaves it there.
 std::optional<Slides> compare_ends(MachineBench& bench, const std::string& job) {
     twin::TextSource source{job};
     const twin::Machine metal = apps::twin_machine(config());
