@@ -41,7 +41,8 @@ struct RivalSearch {
 
 /// A task of another process than `not_of` that leaves core `core` to nobody: SCHED_FIFO, SCHED_RR
 /// or SCHED_DEADLINE, and it ran nearly all the time between two looks. "stress-ng (pid 4711,
-/// SCHED_FIFO 85)"; empty: there is none. Takes 50 ms where real-time tasks are on that core.
+/// SCHED_FIFO 85)"; empty: there is none. Takes 50 ms where such a task is on that core, and 150 ms
+/// where others are.
 [[nodiscard]] std::string who_spins_on(int core, pid_t not_of, const std::string& root = "");
 
 /// For the end of a sentence about loop `vcpu` of the sketch `sketch` on these pins: "core 1 was
