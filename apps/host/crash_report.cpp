@@ -14,9 +14,18 @@
 #include "apps/terminal/message.h"
 #include "apps/terminal/program.h"
 #include "base/text.h"
+#include "runtime/plan.h"
 
 namespace qduino::apps {
 namespace {
+
+/// What a handler was told.
+struct Crash {
+    int signal = 0;
+    const void* address = nullptr;        ///< si_addr: that was followed
+    const void* instruction = nullptr;    ///< that did it; null: unknown
+    const void* stack_pointer = nullptr;  ///< there
+};
 
 constexpr std::uintptr_t kNullPage = 64 * 1024;
 /// So far from the stack pointer a full stack is noticed: a page of guard, and one frame.
@@ -69,7 +78,7 @@ const char* name_of(int signal) {
 }
 
 Crash crash_of(int signal, const siginfo_t* info, const void* context) {
-    Crash crash{.signal = signal, .code = info->si_code, .address = info->si_addr};
+    Crash crash{.signal = signal, .address = info->si_addr};
     [[maybe_unused]] const auto& machine = static_cast<const ucontext_t*>(context)->uc_mcontext;
 #if defined(__x86_64__)
     crash.instruction = reinterpret_cast<const void*>(machine.gregs[REG_RIP]);
@@ -97,8 +106,7 @@ std::string place_of_crash(const Crash& crash) {
     return place_of(std::span(stack).first(depth));
 }
 
-}  // namespace
-
+/// What it did, and what to do about it.
 std::string cause_of(const Crash& crash) {
     switch (crash.signal) {
         case SIGFPE:
@@ -114,10 +122,11 @@ std::string cause_of(const Crash& crash) {
     }
 }
 
+}  // namespace
+
 std::string name_of_vcpu(board::VcpuId vcpu) {
     if (vcpu == board::kNoVcpu) return "setup()";
-    if (vcpu >= board::kFirstIoVcpu) return text<std::string>("a handler on io ", vcpu);
-    return text<std::string>("loop ", vcpu);
+    return (vcpu >= board::kFirstIoVcpu ? "a handler on " : "") + runtime::vcpu_name(vcpu);
 }
 
 void say_crash(const std::string& who, int signal, const siginfo_t* info, const void* context) {
@@ -135,11 +144,8 @@ void say_crash(const std::string& who, int signal, const siginfo_t* info, const 
 }
 
 void prepare_crash_words() {
-    std::array<void*, 4> frames{};
-    // Loads the unwinder.
-    const int count = ::backtrace(frames.data(), static_cast<int>(frames.size()));
-    // And the tables of lines: a handler would take half a second for them.
-    if (count > 0) static_cast<void>(place_of(std::array{static_cast<const void*>(frames[0])}));
+    std::array<void*, 1> here{};
+    if (::backtrace(here.data(), 1) == 1) static_cast<void>(place_of(std::array<const void*, 1>{here[0]}));
 }
 
 }  // namespace qduino::apps

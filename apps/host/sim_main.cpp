@@ -36,6 +36,7 @@
 #include "apps/terminal/program.h"
 #include "board/sim/endless_jump.h"
 #include "board/sim/sim_board.h"
+#include "posix/signal_stack.h"
 #include "posix/small_file.h"
 
 namespace {
@@ -123,11 +124,6 @@ class CrashWords {
   public:
     explicit CrashWords(board::sim::SimBoard& board) {
         crashing_board = &board;
-        apps::prepare_crash_words();
-        stack_t stack{};
-        stack.ss_sp = memory_.data();
-        stack.ss_size = memory_.size();
-        ::sigaltstack(&stack, nullptr);
         struct sigaction action {};
         action.sa_sigaction = &end_with_words;
         action.sa_flags = SA_SIGINFO | SA_ONSTACK | static_cast<int>(SA_RESETHAND);
@@ -135,16 +131,13 @@ class CrashWords {
     }
     ~CrashWords() {
         for (std::size_t i = 0; i < kSignals.size(); ++i) ::sigaction(kSignals[i], &before_[i], nullptr);
-        stack_t none{};
-        none.ss_flags = SS_DISABLE;
-        ::sigaltstack(&none, nullptr);
     }
     CrashWords(const CrashWords&) = delete;
     CrashWords& operator=(const CrashWords&) = delete;
 
   private:
     static constexpr std::array kSignals{SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT};
-    std::vector<std::byte> memory_ = std::vector<std::byte>(256 * 1024);
+    posix::SignalStack stack_;
     std::array<struct sigaction, kSignals.size()> before_{};
 };
 

@@ -39,11 +39,10 @@ long long missed_periods(const runtime::Loop& loop, Instant now) {
 std::string stuck_loops(const std::vector<const runtime::Loop*>& loops, Instant now) {
     std::string out;
     for (const runtime::Loop* loop : loops) {
-        const Nanoseconds length = length_of_release(*loop, now);
         const long long missed = missed_periods(*loop, now);
         if (missed < 1) continue;
-        write(out, "; loop ", loop->declaration.id, " has not ended a release for ", human_duration(length),
-              " and missed ", counted(missed, "period"));
+        write(out, "; loop ", loop->declaration.id, " has not ended a release for ",
+              human_duration(length_of_release(*loop, now)), " and missed ", counted(missed, "period"));
     }
     return out;
 }

@@ -13,6 +13,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arduino/core/bits.h"
 #include "arduino/core/board_pins.h"
 #include "arduino/core/libc_of_avr.h"
 #include "arduino/core/program_memory.h"
@@ -74,9 +75,5 @@ typedef uint16_t word;
 #define degrees(radians_angle) ((radians_angle)*RAD_TO_DEG)
 #define bit(index) (1UL << (index))
 #define bitRead(value, index) (((value) >> (index)) & 1)
-#define bitSet(value, index) ((value) |= (1UL << (index)))
-#define bitClear(value, index) ((value) &= ~(1UL << (index)))
-#define bitToggle(value, index) ((value) ^= (1UL << (index)))
-#define bitWrite(value, index, level) ((level) ? bitSet(value, index) : bitClear(value, index))
 #define lowByte(value) ((uint8_t)((value)&0xff))
 #define highByte(value) ((uint8_t)(((value) >> 8) & 0xff))

@@ -9,6 +9,7 @@
 #include <cstdint>
 
 #include "arduino/core/board_pins.h"
+#include "arduino/core/sketch_long.h"
 
 using boolean = bool;
 using byte = std::uint8_t;
@@ -17,15 +18,8 @@ using PinStatus = int;
 using BitOrder = int;
 
 namespace qduino::arduino {
-#if defined(QDUINO_LONG_32)
-/// `long` as a sketch has it. This header is read by the compiler itself, to which a `long` has 64
-/// bits.
-using Long = std::int32_t;
-using UnsignedLong = std::uint32_t;
-#else
-using Long = long;
-using UnsignedLong = unsigned long;
-#endif
+using Long = qduino_long;
+using UnsignedLong = qduino_unsigned_long;
 }  // namespace qduino::arduino
 
 /// For an object of the language: it is made before the objects of a sketch, whose constructors may

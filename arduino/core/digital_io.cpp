@@ -22,11 +22,35 @@ namespace {
 
 std::atomic<int> read_bits{10};
 std::atomic<int> write_bits{8};
-std::array<std::atomic<bool>, kPinCount> pwm_active{};
-std::array<std::atomic<bool>, kPinCount> outputs{};
-/// pinMode() made an input of it: a write to it switches its pull-up, as on an AVR.
-std::array<std::atomic<bool>, kPinCount> inputs{};
-std::array<std::atomic<bool>, kPinCount> pulled_up{};
+constexpr int kNoMode = -1;
+
+/// What the sketch has made of a pin.
+struct Pin {
+    std::atomic<int> mode{kNoMode};  ///< as pinMode() was told
+    std::atomic<bool> pwm{false};    ///< analogWrite() drives it
+    /// A write does more than to write: it ends the PWM, or switches the pull-up of an input, as on
+    /// an AVR.
+    std::atomic<bool> more{false};
+
+    void set_pwm(bool on) {
+        pwm.store(on, std::memory_order_relaxed);
+        note_more();
+    }
+    void set_mode(int to) {
+        mode.store(to, std::memory_order_relaxed);
+        note_more();
+    }
+    [[nodiscard]] bool is(int other) const { return mode.load(std::memory_order_relaxed) == other; }
+
+  private:
+    void note_more() {
+        const bool input = is(INPUT) || is(INPUT_PULLUP);
+        more.store(input || pwm.load(std::memory_order_relaxed), std::memory_order_relaxed);
+    }
+};
+std::array<Pin, kPinCount> pins;
+
+Pin& state_of(int pin) { return pins[static_cast<std::size_t>(pin)]; }
 
 bool is_pin(const char* call, int pin) {
     return (pin >= 0 && pin < kPinCount) ||
@@ -36,10 +60,16 @@ bool is_pin(const char* call, int pin) {
 constexpr board::Level level_of(int level) { return level == LOW ? board::Level::low : board::Level::high; }
 constexpr board::PinId pin_id(int pin) { return board::PinId{static_cast<std::uint16_t>(pin)}; }
 
-/// Not inlined: a write to a pin without PWM is quicker without it.
-[[gnu::noinline]] void end_pwm(int pin, int level) {
-    pwm_active[static_cast<std::size_t>(pin)].store(false, std::memory_order_relaxed);
-    succeeded("digitalWrite", pin, board::current().pwm_write(pin_id(pin), level == LOW ? 0.0 : 1.0));
+/// Not inlined: a write that does no more is quicker without it.
+[[gnu::noinline]] void write_and_more(int pin, int level) {
+    Pin& state = state_of(pin);
+    if (state.pwm.load(std::memory_order_relaxed)) {
+        state.set_pwm(false);
+        succeeded("digitalWrite", pin, board::current().pwm_write(pin_id(pin), level == LOW ? 0.0 : 1.0));
+    }
+    board::current().pin_write(pin_id(pin), level_of(level));
+    const bool up = level != LOW;
+    if (state.is(up ? INPUT : INPUT_PULLUP)) pinMode(pin, up ? INPUT_PULLUP : INPUT);
 }
 
 using Mode = std::pair<int, board::PinMode>;
@@ -66,29 +96,19 @@ void pinMode(int pin, int mode) {
         return;
     }
     if (!succeeded("pinMode", pin, board::current().pin_mode(pin_id(pin), known->second))) return;
-    const auto number = static_cast<std::size_t>(pin);
-    outputs[number].store(mode == OUTPUT, std::memory_order_relaxed);
-    inputs[number].store(mode == INPUT || mode == INPUT_PULLUP, std::memory_order_relaxed);
-    pulled_up[number].store(mode == INPUT_PULLUP, std::memory_order_relaxed);
+    state_of(pin).set_mode(mode);
 }
 
 void qduino::arduino::make_output(int pin) {
     if (!is_output(pin)) pinMode(pin, OUTPUT);
 }
 
-bool qduino::arduino::is_output(int pin) {
-    return outputs[static_cast<std::size_t>(pin)].load(std::memory_order_relaxed);
-}
+bool qduino::arduino::is_output(int pin) { return state_of(pin).is(OUTPUT); }
 
 void digitalWrite(int pin, int level) {
     if (!is_pin("digitalWrite", pin)) return;
-    if (pwm_active[static_cast<std::size_t>(pin)].load(std::memory_order_relaxed)) end_pwm(pin, level);
+    if (state_of(pin).more.load(std::memory_order_relaxed)) return write_and_more(pin, level);
     board::current().pin_write(pin_id(pin), level_of(level));
-    const auto number = static_cast<std::size_t>(pin);
-    if (inputs[number].load(std::memory_order_relaxed)) [[unlikely]] {
-        if (pulled_up[number].load(std::memory_order_relaxed) != (level != LOW))
-            pinMode(pin, level == LOW ? INPUT : INPUT_PULLUP);
-    }
 }
 
 bool safeState(int pin, int level) {
@@ -130,7 +150,7 @@ void analogWrite(int pin, int value) {
     if (!is_pin("analogWrite", pin)) return;
     const int top = full_scale(write_bits.load(std::memory_order_relaxed));
     const double duty = static_cast<double>(std::clamp(value, 0, top)) / top;
-    pwm_active[static_cast<std::size_t>(pin)].store(true, std::memory_order_relaxed);
+    state_of(pin).set_pwm(true);
     succeeded("analogWrite", pin, board::current().pwm_write(pin_id(pin), duty));
 }
 

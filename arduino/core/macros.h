@@ -6,6 +6,7 @@
 // around it.
 #pragma once
 
+#include "arduino/core/bits.h"
 #include "arduino/core/loops.h"
 #include "arduino/core/numbers.h"
 
@@ -71,12 +72,6 @@
     interruptsVcpu(qduino_time_unit(0), ::qduino::arduino::device_class::device, __VA_ARGS__)
 #define attachInterruptVcpu(...) attachInterruptVcpu(qduino_time_unit(0), __VA_ARGS__)
 #define promiseProgress(...) promiseProgress(qduino_time_unit(0), __VA_ARGS__)
-
-// ---- bits of any place that can be assigned to: a variable, a bit-field, PORTB -----------------
-#define bitSet(value, index) ((value) |= (1ULL << (index)))
-#define bitClear(value, index) ((value) &= ~(1ULL << (index)))
-#define bitToggle(value, index) ((value) ^= (1ULL << (index)))
-#define bitWrite(value, index, level) ((level) ? bitSet(value, index) : bitClear(value, index))
 
 // ---- round, word -------------------------------------------------------------------------------
 #define round(x) round(::qduino::arduino::RoundArgument(x))

@@ -9,15 +9,12 @@ using qduino::arduino::FormatKind;
 using qduino::arduino::NarrowFormat;
 
 extern "C" {
-int qduino_vfprintf(std::FILE* file, const char* format, std::va_list values);
 int qduino_vfprintf(std::FILE* file, const char* format, std::va_list values) {
     return std::vfprintf(file, NarrowFormat(format, FormatKind::print).text(), values);
 }
-int qduino_vprintf(const char* format, std::va_list values);
 int qduino_vprintf(const char* format, std::va_list values) {
     return std::vprintf(NarrowFormat(format, FormatKind::print).text(), values);
 }
-int qduino_fprintf(std::FILE* file, const char* format, ...);
 int qduino_fprintf(std::FILE* file, const char* format, ...) {
     std::va_list values;
     va_start(values, format);
@@ -25,7 +22,6 @@ int qduino_fprintf(std::FILE* file, const char* format, ...) {
     va_end(values);
     return done;
 }
-int qduino_printf(const char* format, ...);
 int qduino_printf(const char* format, ...) {
     std::va_list values;
     va_start(values, format);

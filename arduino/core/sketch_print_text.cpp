@@ -9,15 +9,12 @@ using qduino::arduino::FormatKind;
 using qduino::arduino::NarrowFormat;
 
 extern "C" {
-int qduino_vsnprintf(char* text, std::size_t size, const char* format, std::va_list values);
 int qduino_vsnprintf(char* text, std::size_t size, const char* format, std::va_list values) {
     return std::vsnprintf(text, size, NarrowFormat(format, FormatKind::print).text(), values);
 }
-int qduino_vsprintf(char* text, const char* format, std::va_list values);
 int qduino_vsprintf(char* text, const char* format, std::va_list values) {
     return std::vsprintf(text, NarrowFormat(format, FormatKind::print).text(), values);
 }
-int qduino_snprintf(char* text, std::size_t size, const char* format, ...);
 int qduino_snprintf(char* text, std::size_t size, const char* format, ...) {
     std::va_list values;
     va_start(values, format);
@@ -25,7 +22,6 @@ int qduino_snprintf(char* text, std::size_t size, const char* format, ...) {
     va_end(values);
     return done;
 }
-int qduino_sprintf(char* text, const char* format, ...);
 int qduino_sprintf(char* text, const char* format, ...) {
     std::va_list values;
     va_start(values, format);

@@ -9,15 +9,12 @@ using qduino::arduino::FormatKind;
 using qduino::arduino::NarrowFormat;
 
 extern "C" {
-int qduino_vfscanf(std::FILE* file, const char* format, std::va_list values);
 int qduino_vfscanf(std::FILE* file, const char* format, std::va_list values) {
     return std::vfscanf(file, NarrowFormat(format, FormatKind::scan).text(), values);
 }
-int qduino_vscanf(const char* format, std::va_list values);
 int qduino_vscanf(const char* format, std::va_list values) {
     return std::vscanf(NarrowFormat(format, FormatKind::scan).text(), values);
 }
-int qduino_fscanf(std::FILE* file, const char* format, ...);
 int qduino_fscanf(std::FILE* file, const char* format, ...) {
     std::va_list values;
     va_start(values, format);
@@ -25,7 +22,6 @@ int qduino_fscanf(std::FILE* file, const char* format, ...) {
     va_end(values);
     return done;
 }
-int qduino_scanf(const char* format, ...);
 int qduino_scanf(const char* format, ...) {
     std::va_list values;
     va_start(values, format);

@@ -9,11 +9,9 @@ using qduino::arduino::FormatKind;
 using qduino::arduino::NarrowFormat;
 
 extern "C" {
-int qduino_vsscanf(const char* text, const char* format, std::va_list values);
 int qduino_vsscanf(const char* text, const char* format, std::va_list values) {
     return std::vsscanf(text, NarrowFormat(format, FormatKind::scan).text(), values);
 }
-int qduino_sscanf(const char* text, const char* format, ...);
 int qduino_sscanf(const char* text, const char* format, ...) {
     std::va_list values;
     va_start(values, format);

@@ -17,7 +17,6 @@ bool is_negative(const char* text) {
 
 extern "C" {
 
-long qduino_strtol(const char* text, char** end, int base);
 long qduino_strtol(const char* text, char** end, int base) {
     using Limits = std::numeric_limits<std::int32_t>;
     const long long value = std::strtoll(text, end, base);
@@ -27,7 +26,6 @@ long qduino_strtol(const char* text, char** end, int base) {
 }
 
 /// A minus sign turns the value around in 32 bits: "-1" is 4294967295.
-unsigned long qduino_strtoul(const char* text, char** end, int base);
 unsigned long qduino_strtoul(const char* text, char** end, int base) {
     constexpr unsigned long long kMax = std::numeric_limits<std::uint32_t>::max();
     const unsigned long long value = std::strtoull(text, end, base);

@@ -4,7 +4,6 @@
 #include "runtime/runtime.h"
 
 extern "C" {
-void qduino_yield(void);
 void qduino_yield(void) {
     if (auto* runtime = qduino::runtime::Runtime::current()) runtime->yield();
 }

@@ -6,11 +6,7 @@
 
 #include <stdint.h>
 
-#if defined(QDUINO_LONG_32)
-typedef uint32_t qduino_unsigned_long; /* `unsigned long` as a sketch has it */
-#else
-typedef unsigned long qduino_unsigned_long;
-#endif
+#include "arduino/core/sketch_long.h"
 
 #ifdef __cplusplus
 extern "C" {

@@ -116,12 +116,12 @@ const Neighbours& CoreTaker::neighbours(int core) {
 
 const Interference& CoreTaker::interference(int core) {
     const auto [known, is_new] = known_.try_emplace(core);
-    auto& [memory, told] = known->second;
+    auto& [memory, told, said] = known->second;
     if (!is_new || config_.probe_duration == Nanoseconds{0}) return told;
     if (const char* text = std::getenv("QDUINO_INTERRUPTS")) {
-        if (const auto said = InterferenceMemory::figures_said(text)) {
-            told.measured = true;
-            told.found = told.counts = *said;
+        if (const auto figures = InterferenceMemory::figures_said(text)) {
+            said = told.measured = true;
+            told.found = told.counts = *figures;
             return told;
         }
     }
@@ -143,7 +143,8 @@ void CoreTaker::remember_run() {
         const auto known = known_.find(used.core);
         const auto now = interrupt_counts_of(used.core, config_.sysfs_root);
         if (known == known_.end() || !now || !used.interrupts_at_start || running < 1s) continue;
-        auto& [memory, told] = known->second;
+        auto& [memory, told, said] = known->second;
+        if (said) continue;
         const auto look = look_of_run(told, running, now->others - used.interrupts_at_start->others);
         if (!look) continue;
         const auto seconds = static_cast<std::size_t>(running / 1s);
@@ -263,7 +264,7 @@ void CoreTaker::compare_with_admission(const UsedCore& used, std::optional<Inter
     const auto known = known_.find(report.core);
     if (known == known_.end() || !known->second.told.measured) return;
     const Interference& told = known->second.told;
-    if (told.each == Nanoseconds{0} && told.counts.share_ppm > 0) {
+    if (known->second.said) {
         join(report.note, "interrupts are counted as QDUINO_INTERRUPTS says");
         return;
     }

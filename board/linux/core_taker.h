@@ -88,6 +88,7 @@ class CoreTaker {
     struct KnownCore {
         InterferenceMemory memory;
         Interference told;
+        bool said = false;  // by QDUINO_INTERRUPTS
     };
 
     Result<void> open_settings();

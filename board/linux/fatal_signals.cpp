@@ -1,6 +1,5 @@
 #include "board/linux/fatal_signals.h"
 
-#include <sys/mman.h>
 #include <unistd.h>
 
 #include <array>
@@ -13,7 +12,6 @@ namespace {
 
 constexpr std::array kFatal{SIGSEGV, SIGBUS, SIGILL, SIGFPE, SIGABRT};
 constexpr std::array kStop{SIGINT, SIGTERM, SIGALRM};
-constexpr std::size_t kSignalStackBytes = 256 * 1024;
 
 Will g_will;
 std::atomic<bool> g_will_done{false};
@@ -83,25 +81,6 @@ FatalSignals::~FatalSignals() {
     for (std::size_t i = 0; i < kFatal.size(); ++i) ::sigaction(kFatal[i], &g_fatal_before[i], nullptr);
     for (std::size_t i = 0; i < kStop.size(); ++i) ::sigaction(kStop[i], &g_stop_before[i], nullptr);
     g_will = {};
-}
-
-SignalStack::SignalStack() {
-    void* memory = ::mmap(nullptr, kSignalStackBytes, PROT_READ | PROT_WRITE,
-                          MAP_PRIVATE | MAP_ANONYMOUS | MAP_POPULATE, -1, 0);
-    if (memory == MAP_FAILED) return;
-    memory_ = memory;
-    stack_t stack{};
-    stack.ss_sp = memory;
-    stack.ss_size = kSignalStackBytes;
-    ::sigaltstack(&stack, nullptr);
-}
-
-SignalStack::~SignalStack() {
-    if (!memory_) return;
-    stack_t none{};
-    none.ss_flags = SS_DISABLE;
-    ::sigaltstack(&none, nullptr);
-    ::munmap(memory_, kSignalStackBytes);
 }
 
 StopSignalsBlocked::StopSignalsBlocked() {

@@ -37,19 +37,6 @@ class FatalSignals {
     FatalSignals& operator=(const FatalSignals&) = delete;
 };
 
-/// Gives the calling thread a stack for its signal handlers while it lives: the thread's own stack
-/// may be what overflowed.
-class SignalStack {
-  public:
-    SignalStack();
-    ~SignalStack();
-    SignalStack(const SignalStack&) = delete;
-    SignalStack& operator=(const SignalStack&) = delete;
-
-  private:
-    void* memory_ = nullptr;
-};
-
 /// Blocks the stop signals in the calling thread while it lives. Threads made meanwhile inherit
 /// that, so the main thread gets the signals.
 class StopSignalsBlocked {

@@ -4,10 +4,10 @@
 #include <unistd.h>
 
 #include "board/linux/clock.h"
-#include "board/linux/fatal_signals.h"
 #include "board/linux/futex.h"
 #include "board/linux/real_time_thread.h"
 #include "board/real_time_mark.h"
+#include "posix/signal_stack.h"
 
 namespace qduino::board::linux {
 
@@ -91,7 +91,7 @@ void VcpuThread::add_shortfall(std::string_view text) {
 
 void* VcpuThread::main(void* self) {
     auto& thread = *static_cast<VcpuThread*>(self);
-    const SignalStack signal_stack;
+    const posix::SignalStack signal_stack;
     current_ = &thread;
     thread.prepare();
     StartGate& gate = *thread.options_.gate;
