@@ -7,7 +7,7 @@ import { readFile } from 'node:fs/promises';
 import { createServer } from 'node:http';
 import { after, before, test } from 'node:test';
 import { startMock } from '../../../web/ui/mock/server.mjs';
-import { drop, findings, lookAt } from './person.mjs';
+import { drop, findings, lookAt, pictureOf } from './person.mjs';
 import { startBrowser, whatThePageMisses } from './stack.mjs';
 
 const missing = whatThePageMisses();
@@ -391,20 +391,14 @@ test('a part of 140 mm is as bright as one of 20 mm, and one of short pieces, to
 test('the part stands on the bed: its foot and the bed around it are darker', async () => {
   /** Of the bed's ground: its darkest hundredth against its lightest quarter; 1 is alike. */
   const ground = async (page, at) => {
-    const png = (await at('canvas').screenshot()).toString('base64');
-    return page.evaluate(async (bytes) => {
-      const image = new Image();
-      image.src = `data:image/png;base64,${bytes}`;
-      await image.decode();
-      const copy = Object.assign(document.createElement('canvas'), { width: image.width, height: image.height });
-      const drawing = copy.getContext('2d');
-      drawing.drawImage(image, 0, 0);
-      const { data } = drawing.getImageData(0, Math.round(image.height * 0.35), image.width - 60, Math.round(image.height * 0.5));
+    return page.evaluate((drawing) => {
+      const { width, height } = drawing.canvas;
+      const { data } = drawing.getImageData(0, Math.round(height * 0.35), width - 60, Math.round(height * 0.5));
       const greys = [];
       for (let i = 0; i < data.length; i += 4) if (Math.max(data[i], data[i + 1], data[i + 2]) - Math.min(data[i], data[i + 1], data[i + 2]) < 20) greys.push(data[i + 1]);
       greys.sort((a, b) => a - b);
       return greys[Math.floor(greys.length / 100)] / greys[Math.floor(greys.length * 0.75)];
-    }, png);
+    }, await pictureOf(page, at('canvas')));
   };
   const seen = {};
   for (const scene of ['empty', 'cube20']) {

@@ -17,6 +17,20 @@ export async function drop(page, name, bytes) {
   await zone.dispatchEvent('drop', { dataTransfer: data });
 }
 
+/** A copy of the canvas as the browser composes it, in the page: its pixels can be read. */
+export async function pictureOf(page, canvas) {
+  const png = (await canvas.screenshot()).toString('base64');
+  return page.evaluateHandle(async (png) => {
+    const image = new Image();
+    image.src = `data:image/png;base64,${png}`;
+    await image.decode();
+    const copy = Object.assign(document.createElement('canvas'), { width: image.width, height: image.height });
+    const drawing = copy.getContext('2d');
+    drawing.drawImage(image, 0, 0);
+    return drawing;
+  }, png);
+}
+
 /**
  * The canvas as the browser composes it: how many colours it has, how many pixels are the part's
  * warm ones (the bed and the ground are grey or blue), the mean brightness of those, 0 to 255
@@ -24,14 +38,8 @@ export async function drop(page, name, bytes) {
  * the bottom that are not looked at, for the slider and the legend are warm as well.
  */
 export async function lookAt(page, canvas, but = { right: 0, bottom: 0 }) {
-  const text = (await canvas.screenshot()).toString('base64');
-  return page.evaluate(async ({ png, but }) => {
-    const image = new Image();
-    image.src = `data:image/png;base64,${png}`;
-    await image.decode();
-    const copy = Object.assign(document.createElement('canvas'), { width: image.width, height: image.height });
-    const drawing = copy.getContext('2d');
-    drawing.drawImage(image, 0, 0);
+  return page.evaluate(({ drawing, but }) => {
+    const copy = drawing.canvas;
     const bytes = drawing.getImageData(0, 0, copy.width, copy.height).data;
     let warm = 0;
     let light = 0;
@@ -47,7 +55,7 @@ export async function lookAt(page, canvas, but = { right: 0, bottom: 0 }) {
       light += 0.2126 * bytes[i] + 0.7152 * bytes[i + 1] + 0.0722 * bytes[i + 2];
     }
     return { colours: new Set(new Uint32Array(bytes.buffer)).size, warm, box, brightness: warm > 0 ? light / warm : 0 };
-  }, { png: text, but });
+  }, { drawing: await pictureOf(page, canvas), but });
 }
 
 /**

@@ -66,14 +66,19 @@ TEST(Ending, AnEndCodeThatLeavesThePartIsEnough) {
     EXPECT_EQ(bench.status().excursions, 0u);
 }
 
-TEST(Ending, ACancelledJobLeavesThePart) {
-    PrinterBench bench;
+/// A job that is cancelled in the part.
+void cancel_in_the_part(PrinterBench& bench) {
     ASSERT_TRUE(bench.begin());
     std::string text = kWithoutEnd;
     for (int i = 0; i < 20; ++i) text += i % 2 == 0 ? "G1 X80 E1 F600\n" : "G1 X60 E1\n";
     bench.job(text);
     ASSERT_TRUE(bench.run_until([&] { return bench.metal().position_mm[3] > 5; }, 600));
     bench.command(link::Command::cancel);
+}
+
+TEST(Ending, ACancelledJobLeavesThePart) {
+    PrinterBench bench;
+    ASSERT_NO_FATAL_FAILURE(cancel_in_the_part(bench));
     ASSERT_TRUE(bench.finish_job(60));
     EXPECT_EQ(bench.status().outcome, JobOutcome::cancelled);
     expect_left(bench);
@@ -112,12 +117,7 @@ TEST(Ending, TheWayOutOfThePartIsColdAlready) {
 
 TEST(Ending, TheWayOutOfACancelledPartIsColdAlready) {
     PrinterBench bench;
-    ASSERT_TRUE(bench.begin());
-    std::string text = kWithoutEnd;
-    for (int i = 0; i < 20; ++i) text += i % 2 == 0 ? "G1 X80 E1 F600\n" : "G1 X60 E1\n";
-    bench.job(text);
-    ASSERT_TRUE(bench.run_until([&] { return bench.metal().position_mm[3] > 5; }, 600));
-    bench.command(link::Command::cancel);
+    ASSERT_NO_FATAL_FAILURE(cancel_in_the_part(bench));
     // Typed behind it, as by a host that polls: a job that is over takes no heat from anybody.
     bench.type("M104 S200");
     expect_cold_way_out(bench, 0.3);
