@@ -105,8 +105,9 @@ std::optional<CoreRival> find_core_rival(const RivalSearch& search) {
         const auto second = look_at(first.task.pid, first.task.tid, search.root);
         if (!second || second->core != search.core || second->ticks < first.ticks) continue;
         const unsigned long long ran = second->ticks - first.ticks;
-        // A tick is 10 ms: a task that waits for its turn may show none.
-        if (ran == 0 && !(first.runnable && second->runnable)) continue;
+        // A tick is 10 ms. One may be a moment of work of somebody who wakes often, as a supervisor
+        // does; a task that waits for its turn may show none.
+        if (ran < 2 && !(first.runnable && second->runnable)) continue;
         if (most && ran <= most_ticks) continue;
         most = second->task;
         most->ran = static_cast<std::int64_t>(ran) * kTick;

@@ -2,8 +2,8 @@
 //
 // A task can run in front of a loop, on its core, if it has SCHED_FIFO or SCHED_RR at the loop's
 // priority or a higher one, or SCHED_DEADLINE. The search reads /proc/PID/task/TID/stat twice, a
-// short while apart. It names a task that could run both times, or whose CPU time grew. (Source:
-// proc_pid_stat(5); sched(7) for the order of priorities.)
+// short while apart. It names a task that could run both times, or whose CPU time grew by more than
+// one tick. (Source: proc_pid_stat(5); sched(7) for the order of priorities.)
 //
 // Reads /proc for some milliseconds and sleeps in between: never from a real-time thread.
 #pragma once
