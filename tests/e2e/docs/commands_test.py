@@ -109,7 +109,7 @@ class Commands(unittest.TestCase):
         if not any(command == "./install" for command in commands_of(page)):
             environment["PATH"] = os.path.join(ROOT, "build/release/bin") + ":" + environment["PATH"]
         done = subprocess.run(["bash", "-c", "\n".join(script)], capture_output=True, text=True, env=environment, check=False,
-                              timeout=280)
+                              timeout=800)
         self.assertEqual(done.returncode, 0, "%s\n%s\n%s" % (commands_of(page), done.stdout[-3000:], done.stderr[-3000:]))
         return home
 

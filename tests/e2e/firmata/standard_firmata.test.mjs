@@ -42,11 +42,14 @@ class Wire extends EventEmitter {
   write(bytes, done) { sketch.stdin.write(bytes, done); }
 }
 
+// It is built first, beside other programs: a sketch that ends is seen at once, whatever this is.
+const PATIENCE_MS = 600_000;
+
 /** The first answer of `ask(answer)` that is wanted; an error with what came instead. */
 const answer = (what, ask, wanted = () => true) => new Promise((resolve, reject) => {
   const seen = [];
   const giveUp = (why) => reject(new Error(`${what}: ${why}; came: ${JSON.stringify(seen)}\n${report}`));
-  const timer = setTimeout(() => giveUp('nothing for 60 s'), 60_000);
+  const timer = setTimeout(() => giveUp(`nothing for ${PATIENCE_MS / 1000} s`), PATIENCE_MS);
   sketch.once('exit', (status) => giveUp(`the sketch ended with ${status}`));
   ask((value) => {
     seen.push(value);
@@ -56,7 +59,7 @@ const answer = (what, ask, wanted = () => true) => new Promise((resolve, reject)
   });
 });
 
-const board = new Firmata(new Wire(), { reportVersionTimeout: 120_000 });
+const board = new Firmata(new Wire(), { reportVersionTimeout: PATIENCE_MS });
 await answer('ready', (done) => board.on('ready', () => done('ready')));
 
 assert.equal(`${board.version.major}.${board.version.minor}`, '2.5');

@@ -22,7 +22,7 @@ class IdeBuilder:
         self.place = builder_place()
 
     def install(self, *options):
-        subprocess.run([self.qduino, "ide", "install", self.book, *options], env=self.environment, check=True, capture_output=True, timeout=60)
+        subprocess.run([self.qduino, "ide", "install", self.book, *options], env=self.environment, check=True, capture_output=True, timeout=300)
 
     def build(self, sketch, build, libraries=()):
         """arduino-builder's end: returncode, stdout, stderr."""
@@ -32,7 +32,7 @@ class IdeBuilder:
                    "-tools", self.place / "share" / "arduino-builder", "-prefs", f"tools.ctags.path={self.place / 'bin'}", "-warnings", "all"]
         for folder in libraries:
             command += ["-libraries", folder]
-        return subprocess.run([*command, sketch], env=self.environment, capture_output=True, text=True, timeout=300, check=False)
+        return subprocess.run([*command, sketch], env=self.environment, capture_output=True, text=True, timeout=800, check=False)
 
     def properties(self, board):
         """What the IDE knows when it uploads: boards.txt of the board, platform.txt of its tool."""
@@ -51,7 +51,7 @@ class IdeBuilder:
         command = known["upload.pattern"]
         while (wanted := re.search(r"\{([\w.]+)\}", command)) is not None:
             command = command.replace(wanted[0], known[wanted[1]])
-        return subprocess.run(shlex.split(command), env=dict(self.environment, **environment), capture_output=True, text=True, timeout=120,
+        return subprocess.run(shlex.split(command), env=dict(self.environment, **environment), capture_output=True, text=True, timeout=600,
                               check=False)
 
 

@@ -70,7 +70,7 @@ class IdeItself(SketchCase):
     def display(self):
         server = subprocess.Popen([*OVER_USR, "Xvfb", "-displayfd", "1", "-nolisten", "tcp"], stdout=subprocess.PIPE,
                                   stderr=subprocess.DEVNULL, text=True)
-        self.addCleanup(server.communicate, timeout=20)
+        self.addCleanup(server.communicate, timeout=100)
         self.addCleanup(server.terminate)
         number = server.stdout.readline().strip()
         if not number:
@@ -82,7 +82,7 @@ class IdeItself(SketchCase):
 
     def ide(self, action, sketch, status):
         done = subprocess.run([*OVER_USR, "arduino", action, "--board", "qduino:linux:here", sketch], env=self.environment,
-                              capture_output=True, text=True, timeout=180, check=False)
+                              capture_output=True, text=True, timeout=800, check=False)
         self.assertEqual(done.returncode, status, done.stdout + done.stderr)
         return done.stderr
 
@@ -93,7 +93,7 @@ class IdeItself(SketchCase):
         self.assertIn("Verdict: Mine is admitted on 2 cores: 1 VCPU.", self.ide("--verify", mine, 0))
         self.ide("--upload", mine, 0)
         monitor = subprocess.Popen([PROGRAM, "monitor"], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, text=True, env=self.environment)
-        self.addCleanup(monitor.communicate, timeout=20)
+        self.addCleanup(monitor.communicate, timeout=100)
         self.addCleanup(monitor.terminate)
         self.assertEqual(monitor.stdout.readline(), "-1\n")
 
@@ -126,8 +126,8 @@ class IdeItself(SketchCase):
         port = pathlib.Path(self.environment["XDG_STATE_HOME"]) / "qduino/board/port-here"
         # Options on its command line are kept, and it ends: so its window has the port chosen.
         subprocess.run([*OVER_USR, "arduino", "--board", "qduino:linux:here", "--port", port, "--save-prefs"], env=self.environment,
-                       capture_output=True, timeout=120, check=True)
-        done = subprocess.run([*OVER_USR, "arduino", talks], capture_output=True, text=True, timeout=200, check=False, env=dict(
+                       capture_output=True, timeout=600, check=True)
+        done = subprocess.run([*OVER_USR, "arduino", talks], capture_output=True, text=True, timeout=800, check=False, env=dict(
             self.environment, JAVA_TOOL_OPTIONS=f"{self.environment['JAVA_TOOL_OPTIONS']} -javaagent:{hands}=talks|hello|heard:hello"))
         self.assertEqual(done.stdout, "window: this computer\nshown: talks\nshown: heard:hello\n", done.stderr)
 

@@ -54,7 +54,7 @@ class Ide(SketchCase):
         self.assertRegex(done.stdout, r"Sketch uses \d{6,} bytes")
         for program in ("Mine-sim", "Mine-linux"):
             ran = subprocess.run([self.build / program, "--for", "1", *(["--best-effort"] if program == "Mine-linux" else [])],
-                                 capture_output=True, text=True, timeout=60, check=False, env=self.environment)
+                                 capture_output=True, text=True, timeout=300, check=False, env=self.environment)
             self.assertEqual(ran.stdout.replace("\r", ""), SAID, ran.stderr)
         if os.environ.get("QDUINO_EMULATED"):
             # A library is not compiled again. (A sketch is: the builder writes its text anew.)

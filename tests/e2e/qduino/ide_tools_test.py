@@ -59,7 +59,7 @@ class Tool:
         self.process.stdin.close()
         if self.process.stdout.closed:
             return self.process.returncode
-        status = self.process.wait(timeout=20)
+        status = self.process.wait(timeout=100)
         self.process.stdout.close()
         return status
 
@@ -94,9 +94,9 @@ class IdeTools(SketchCase):
         return listener, f"OPEN 127.0.0.1:{listener.getsockname()[1]} "
 
     def accept(self, listener):
-        listener.settimeout(20)
+        listener.settimeout(100)
         end, _ = listener.accept()
-        end.settimeout(20)
+        end.settimeout(100)
         self.addCleanup(end.close)
         return end
 
@@ -118,7 +118,7 @@ class IdeTools(SketchCase):
         self.assertEqual([tool.message() for _ in range(2)], [{"eventType": "add", "port": port} for port in (HERE, THERE)])
         self.assertEqual(tool.ask("FIND"), {"eventType": "command_error", "error": True, "message": "Unknown command FIND"})
         self.assertEqual(tool.ask("QUIT"), {"eventType": "quit", "message": "OK"})
-        self.assertEqual(tool.process.wait(timeout=20), 0)
+        self.assertEqual(tool.process.wait(timeout=100), 0)
         boards = (self.folder / "Arduino/hardware/qduino/linux/boards.txt").read_text(encoding="utf-8")
         for port in (HERE, THERE):
             board = port["properties"]["board"]
@@ -153,13 +153,13 @@ class IdeTools(SketchCase):
         os.write(port, b"typed\n")
         self.assertEqual(self.hear(serial, 6), b"typed\n")
         self.assertEqual(tool.ask("QUIT"), {"eventType": "quit", "message": "OK"})
-        self.assertEqual(tool.process.wait(timeout=20), 0)
+        self.assertEqual(tool.process.wait(timeout=100), 0)
         self.assertEqual([link.is_symlink() for link in links], [False, False])
 
         # An IDE that is closed kills its tools, and one that dies says nothing.
         tool, links = self.old_ide()
         tool.process.terminate()
-        self.assertEqual(tool.process.wait(timeout=20), 0)
+        self.assertEqual(tool.process.wait(timeout=100), 0)
         self.assertEqual([link.is_symlink() for link in links], [False, False])
         tool, links = self.old_ide()
         self.assertEqual(tool.end(), 0)
@@ -189,7 +189,7 @@ class IdeTools(SketchCase):
         self.assertLess(sent, len(much))
         self.assertEqual(tool.ask("DESCRIBE")["eventType"], "describe")
         ide.sendall(b"typed\n")
-        serial.settimeout(20)
+        serial.settimeout(100)
         self.assertEqual(self.hear(serial, 6), b"typed\n")
         self.assertEqual(self.hear(ide, sent), much[:sent])
         # The last words come, and then the end.

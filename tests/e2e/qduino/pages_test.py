@@ -11,7 +11,7 @@ COMMANDS = ["new", "build", "run", "sim", "check", "trace", "profile", "vcpu", "
 
 
 def run(*command, **options):
-    return subprocess.run(command, capture_output=True, text=True, timeout=30, check=False, **options)
+    return subprocess.run(command, capture_output=True, text=True, timeout=150, check=False, **options)
 
 
 def help_of(*command):

@@ -120,7 +120,7 @@ class Qduino(SketchCase):
         self.assertEqual([pathlib.Path(entry["file"]).name for entry in entries], ["blinker.ino", "sketch.ino.cpp"])
         tab = entries[0]
         self.assertEqual(tab["file"], os.path.realpath(ino))
-        seen = subprocess.run([*tab["arguments"], "-fsyntax-only"], cwd=tab["directory"], capture_output=True, text=True, timeout=120, check=False)
+        seen = subprocess.run([*tab["arguments"], "-fsyntax-only"], cwd=tab["directory"], capture_output=True, text=True, timeout=600, check=False)
         self.assertEqual((seen.returncode, seen.stderr), (0, ""))
 
     def test_what_the_bound_refuses_and_completion_time_admits_is_admitted(self):
@@ -238,7 +238,7 @@ class Qduino(SketchCase):
 
     def judge(self, name):
         """What the checker says, which shares no code with us: its status, and what does not hold."""
-        done = subprocess.run([sys.executable, CHECKER, self.folder / name], capture_output=True, text=True, timeout=60, check=False)
+        done = subprocess.run([sys.executable, CHECKER, self.folder / name], capture_output=True, text=True, timeout=300, check=False)
         return done.returncode, "\n".join(done.stdout.splitlines()[:-1])
 
     def test_what_is_just_past_it_is_refused_with_reasons(self):
@@ -440,7 +440,7 @@ class Qduino(SketchCase):
             if line.startswith("What holds"):
                 break
         running.send_signal(signal.SIGTERM)
-        rest = running.communicate(timeout=60)[1]
+        rest = running.communicate(timeout=300)[1]
         self.assertEqual(running.returncode, 0, rest)
         self.assertIn("it ended with status 0; 1 pin forced to safe states", rest)
 

@@ -27,7 +27,7 @@ class SketchCase(unittest.TestCase):
 
     def run_qduino(self, *arguments, status=0, **environment):
         done = subprocess.run([PROGRAM, *map(str, arguments)], cwd=self.folder, env=dict(self.environment, **environment),
-                              capture_output=True, text=True, timeout=120, check=False)
+                              capture_output=True, text=True, timeout=600, check=False)
         self.assertEqual(done.returncode, status, f"{arguments}\n{done.stdout}\n{done.stderr}")
         return done
 
@@ -43,5 +43,5 @@ class SketchCase(unittest.TestCase):
             void loop(2, 10, 200, 0) { delayBusyMicroseconds(30000); waitForNextPeriod(); }
         """)
         done = subprocess.run([*with_tracefs, PROGRAM, "trace", "busy", "--linux", "--for", "1", *options], cwd=self.folder,
-                              env=self.environment, capture_output=True, text=True, timeout=120, check=False)
+                              env=self.environment, capture_output=True, text=True, timeout=600, check=False)
         self.assertEqual(done.returncode, 0, done.stderr)

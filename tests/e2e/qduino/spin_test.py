@@ -111,7 +111,7 @@ class Spins(SketchCase):
 
     def run_case(self, case, *options):
         done = subprocess.run([self.program, *options], env=dict(self.environment, SPIN_CASE=str(case), QDUINO_SD=str(self.folder)),
-                              stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=60, check=False)
+                              stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=300, check=False)
         self.assertEqual(done.returncode, 0, done.stderr)
         return done
 
@@ -160,13 +160,13 @@ class Spins(SketchCase):
                                        stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
             time.sleep(1)
             running.send_signal(number)
-            _, errors = running.communicate(timeout=30)
+            _, errors = running.communicate(timeout=150)
             self.assertEqual(running.returncode, 0, errors)
             self.assertIn(f"spins at spin.ino:{LINES[case % 10]}", errors)
 
     def test_a_check_does_not_hang_in_setup(self):
         checked = subprocess.run([self.program, "--check"], env=dict(self.environment, SPIN_CASE="11"), capture_output=True, text=True,
-                                 timeout=60, check=False)
+                                 timeout=300, check=False)
         self.assertEqual(checked.returncode, 1, checked.stderr)
         self.assertIn("setup() does not end", checked.stderr)
         self.assertIn(f"it spins at spin.ino:{LINES[1]}", checked.stderr)

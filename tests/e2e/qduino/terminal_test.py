@@ -49,7 +49,7 @@ void loop(2, 12345us, 123456us, 0) { waitForNextPeriod(); }
 """
 
 
-def on_terminal(command, folder, environment, timeout_s=120, until=None, colours=False):
+def on_terminal(command, folder, environment, timeout_s=600, until=None, colours=False):
     """(status, lines) of a program whose standard streams are a terminal of 80 columns. Ctrl-C ends it when it has printed `until`."""
     master, slave = pty.openpty()
     fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("HHHH", 24, COLUMNS, 0, 0))

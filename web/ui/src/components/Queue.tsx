@@ -1,5 +1,5 @@
 import type { ComponentChildren, JSX } from 'preact';
-import { useEffect, useState } from 'preact/hooks';
+import { useEffect, useRef, useState } from 'preact/hooks';
 import { act, loadMore, removeJob, repeatSearch, startSearch } from '../api';
 import * as format from '../format';
 import { useStore } from '../hooks';
@@ -207,6 +207,7 @@ function SearchRow() {
   const search = useStore((s) => s.search);
   const counts = useStore((s) => s.counts);
   const [text, setText] = useState(search.text);
+  const typed = useRef<HTMLInputElement>(null);
   useEffect(() => setText(search.text), [search]);
   useEffect(() => {
     if (text === search.text) return undefined;
@@ -221,10 +222,11 @@ function SearchRow() {
   }, [counts]);
   return (
     <div class="row search">
-      <input type="search" value={text} placeholder="Search by name" aria-label="Search jobs by name" data-testid="search"
+      <input ref={typed} type="search" value={text} placeholder="Search by name" aria-label="Search jobs by name" data-testid="search"
         onInput={(event) => setText(event.currentTarget.value)} />
       <select value={search.states} aria-label="Jobs of which state" data-testid="states"
-        onChange={(event) => void startSearch({ text, states: event.currentTarget.value })}>
+        // On a busy computer the state is chosen before the typing was drawn: the field has the last word.
+        onChange={(event) => void startSearch({ text: typed.current?.value ?? text, states: event.currentTarget.value })}>
         {STATE_CHOICES.map(({ words, states }) => <option key={states} value={states}>{words}</option>)}
       </select>
     </div>
