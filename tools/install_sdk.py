@@ -118,6 +118,8 @@ def write_sdk(build, home):
     for tool in ("ino_to_cpp", "as_arduino", "unpack_zip"):
         copy(sdk[tool], os.path.join(home, "tools", tool + ".py"))
         sdk[tool] = "tools/%s.py" % tool
+    # as_arduino.py reads it.
+    copy(os.path.join(ROOT, "tools", "ino", "own_names.py"), os.path.join(home, "tools", "own_names.py"))
     copy(sdk["metal"]["script"], os.path.join(home, "lib", "image.ld"))
     sdk["metal"]["script"] = "lib/image.ld"
     sdk["metal_aarch64"] = installed_aarch64(sdk["metal_aarch64"], home)

@@ -22,6 +22,8 @@ What changes for `long`, in its own columns so that the compiler's messages poin
 Where a class has both f(int) and f(long), two functions would become one. The compiler says so; that declaration then takes a type of its
 own in the place of `long` (OTHER_LONG), and no call chooses it over the other.
 
+A name of the sketch's that the board or the C library has, too, gets another (own_names.py).
+
 A loop that only waits, `while (!flag);`, gets an empty assembler statement, which makes no instruction. Without it the compiler may leave
 such a loop out, or make one of two; and the line of `while (true);` would be lost, which the simulator names when a sketch spins there.
 
@@ -38,6 +40,7 @@ import sys
 from dataclasses import dataclass, field
 
 from ino_to_cpp import TOKEN
+from own_names import places_of_own_names
 
 LINE_MARKER = re.compile(r'#\s+(\d+)\s+"((?:[^"\\]|\\.)*)"((?:\s+\d)*)\s*$')
 SYSTEM = ('/usr/include/', '/usr/lib/', '/usr/local/include/', '<')
@@ -211,6 +214,7 @@ class Text:
         edits = [edit for run in self.runs for edit in self.edits_of_run(run)]
         edits += self.edits_of_literals() + self.edits_of_system_long() if self.long_32 else []
         edits += self.edits_of_waits()
+        edits += [(place, place, '_of_sketch') for place in places_of_own_names(self.code)]
         out, at = [], 0
         for start, end, text in sorted(edits):
             out += [self.original[at:start], text]

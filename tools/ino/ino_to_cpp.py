@@ -9,9 +9,7 @@ What the output has that the sketch has not:
   - a prototype of every function, before the first function, so that a function may be used before it is written; behind the types of
     the sketch that it names, where these come later;
   - `#line` directives, so that an error of the compiler points into the .ino;
-  - at the end, the registration of setup(), and of loop() and serialEvent() where there are;
-  - another name for what the sketch calls like something of the C library: `uint8_t clock[8];` is clock_of_sketch.
-    An AVR's C library has no clock(), pipe() or pause(); here the two would not compile together.
+  - at the end, the registration of setup(), and of loop() and serialEvent() where there are.
 
 Which functions get a prototype: those at top level with a return type, also static, inline and template ones. Not those with a
 default argument (it would be given twice; that of a template is moved to the prototype) or with a prototype of their own for the same parameters, not operators, members, or what
@@ -45,23 +43,6 @@ QUALIFIERS = {'const', 'volatile', 'struct', 'class', 'union', 'enum', 'register
 WORDS_OF_TYPES = QUALIFIERS | {'void', 'bool', 'char', 'short', 'int', 'long', 'signed', 'unsigned', 'float', 'double', 'auto'}
 PREFIX_WITH_PARENTHESES = {'decltype', 'alignas', '__attribute__', '__declspec', 'explicit', 'noexcept'}
 
-# Words of the C library here that Arduino.h brings in, and that a person may choose for a global
-# variable.
-LIBC_WORDS = frozenset("""
-    abort abs access acct alarm alloca asctime atexit basename bcmp bcopy brk bsearch bzero calloc ceil chdir chown chroot clock clone
-    close confstr cos crypt ctime daemon daylight difftime div drem dup dup2 encrypt environ erf execl execv exit exp exp2 fabs fclose
-    feof ferror fflush ffs fgetc fgets fileno floor fma fmax fmin fmod fopen fork fputs fread free fseek fsync ftell fwrite gamma getc
-    getchar getenv getline getopt getpid getuid gets getw gmtime hypot index ioctl isatty j0 j1 jn kill labs lchown ldexp ldiv lfind
-    lgamma link localtime log log10 log2 logb lround lseek malloc memcpy memmem memset mktime nan nanosleep nice optarg opterr optind
-    optopt pause pclose perror pipe pipe2 popen pow pread printf puts putw qsort rand random read readlink realloc remainder remove
-    remquo rename revoke rewind rindex rint rmdir round sbrk scalb scanf seed48 select setenv setsid setuid signgam significand sin
-    sincos sinh sleep sqrt srand stderr stdin stdout stime strdup strlen swab symlink sync syscall sysconf system tan tanh tempnam time
-    timegm times timezone trunc truncate ttyname tzname tzset umask ungetc unlink usleep vfork wait write y0 y1 yn""".split())
-# Functions of the C library without arguments, and with one int: a function of the sketch that
-# takes the same is in their way.
-LIBC_WITHOUT_ARGUMENTS = frozenset("abort clock fork getchar getpid getuid pause rand setsid sync tzset vfork".split())
-LIBC_WITH_AN_INT = frozenset("abs close daemon dup exit fsync isatty nice putw raise system".split())
-
 
 @dataclass
 class Function:
@@ -84,7 +65,6 @@ class Scan:
     declared: set = field(default_factory=set)  # (name, parameters) that have a prototype in the sketch
     types: dict = field(default_factory=dict)   # names of types at top level: the offset behind the declaration
     defaults: list = field(default_factory=list)  # (start, end) of those of templates, which their prototypes have
-    clashes: set = field(default_factory=set)   # names of the C library that the sketch gives to something of its own
 
 
 def blank(match):
@@ -238,76 +218,6 @@ def cut_at_top(text, separator):
     return parts
 
 
-def clashes_in(head):
-    """The names of the C library that this statement at top level, which stands before ';' or '{', gives to the sketch's own."""
-    function = function_of(head, head)
-    if function:
-        name = function[0]
-        opening, closing = parameter_list(head)
-        arguments = head[opening + 1:closing].strip()
-        an_int = re.fullmatch(rf'(?:const\s+)?int(?:\s+{IDENTIFIER})?', arguments)
-        object_made = re.match(r'[\d"&-]', arguments)  # Button index(3);
-        found = (name in LIBC_WITHOUT_ARGUMENTS and arguments in ('', 'void') or name in LIBC_WITH_AN_INT and an_int
-                 or name in LIBC_WORDS and object_made)
-        return {name} if found else set()
-    kind = r'(?:class|struct|union|enum)'
-    if re.match(r'\s*(?:typedef|using|extern|namespace|template)\b', head) or re.match(rf'\s*{kind}\s+{IDENTIFIER}\s*(?:$|:)', head):
-        return set()
-    names = set()
-    for i, declarator in enumerate(cut_at_top(head, ',')):
-        declarator = re.sub(r'(?:\s*\[[^\]]*\])+\s*$', '', cut_at_top(declarator, '=')[0].rstrip()).rstrip()
-        name = re.search(rf'({IDENTIFIER})\s*$', declarator)
-        if name and name[1] in LIBC_WORDS and (i > 0 or declarator[:name.start()].strip()):
-            names.add(name[1])
-    return names
-
-
-def renamed(text, names):
-    """`text` with another name for these words: in code alone, not behind `.`, `->` or `::`, not as a member of a class, and not in
-    #include lines."""
-    if not names:
-        return text
-    code = without_literals(text)
-    word = re.compile(r'(?<![\w.])(?:' + '|'.join(map(re.escape, sorted(names))) + r')\b')
-    out, last = '', 0
-    for m in word.finditer(code):
-        before = code[:m.start()].rstrip()
-        line = code[code.rfind('\n', 0, m.start()) + 1:m.start()]
-        if before.endswith(('.', '->', '::')) or re.match(r'\s*#\s*include', line) or is_member(code, m.start(), m[0]):
-            continue
-        out += text[last:m.end()] + '_of_sketch'
-        last = m.end()
-    return out + text[last:]
-
-
-def direct_text(code, opening):
-    """What stands in the brace at `opening`, without what stands in braces within it."""
-    depth, out = 0, ''
-    for c in code[opening:]:
-        depth += {'{': 1, '}': -1}.get(c, 0)
-        if depth == 0:
-            return out
-        out += c if depth == 1 else ' '
-    return out
-
-
-def is_member(code, at, word):
-    """True when this place is in a class, struct, union or enum that has a member of this name: its functions mean that one."""
-    depth = 0
-    innermost = True
-    for i in range(at - 1, -1, -1):
-        depth += {'}': 1, '{': -1}.get(code[i], 0)
-        if depth >= 0:
-            continue
-        depth = 0
-        head = re.split(r'[;{}]', code[:i])[-1]
-        if re.search(r'\b(?:class|struct|union|enum)\b[^()=]*$', head):
-            if innermost or re.search(rf'\b{re.escape(word)}\b', direct_text(code, i)):
-                return True
-        innermost = False
-    return False
-
-
 @dataclass
 class Head:
     """What stands of a statement so far, on one way through the #if groups in it."""
@@ -416,7 +326,6 @@ class Scanner:
 
     def statement(self, head, end):
         code = ''.join(self.code[i] for i in head.offsets)
-        self.found.clashes |= clashes_in(code)
         function = function_of(code, ''.join(self.source[i] for i in head.offsets))
         if not function:
             self.note_type(code, end)
@@ -551,8 +460,7 @@ def weak_declarations(found):
 
 
 def convert(tabs):
-    clashes = Scanner(Joined(tabs).text).scan().clashes
-    joined = Joined([Tab(tab.path, renamed(tab.text, clashes)) for tab in tabs])
+    joined = Joined(tabs)
     found = Scanner(joined.text).scan()
     for start, end in found.defaults:
         joined.text = joined.text[:start] + re.sub(r'[^\n]', ' ', joined.text[start:end]) + joined.text[end:]

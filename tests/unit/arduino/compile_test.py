@@ -55,21 +55,6 @@ class Compiling(unittest.TestCase):
         self.refused('void setup() {}\nvoid loop(1, 0, 10) {}\n', '0 < budget <= period')
         self.refused('void setup() {}\nvoid loop(1, 5ms, 100us) {}\n', '0 < budget <= period')
 
-    def test_names_of_the_c_library_are_free_for_globals(self):
-        """Each word that the converter renames, as a global; and that the compiler refuses some without it."""
-        words = sorted(ino_to_cpp.LIBC_WORDS)
-        self.assertGreater(len(words), 150)
-        text = ''.join(f'int {word};\n' for word in words)
-        ok, messages = self.compile(text + 'void setup() {}\nvoid loop() {}\n')
-        self.assertTrue(ok, messages)
-        self.refused('#define GLOBAL(word) int word\nGLOBAL(pipe);\nvoid setup() {}\nvoid loop() {}\n', 'pipe')
-
-    def test_functions_in_the_way_of_the_c_librarys(self):
-        names = [*(f'void {name}() {{}}\n' for name in sorted(ino_to_cpp.LIBC_WITHOUT_ARGUMENTS)),
-                 *(f'void {name}(int value) {{ (void)value; }}\n' for name in sorted(ino_to_cpp.LIBC_WITH_AN_INT))]
-        ok, messages = self.compile(''.join(names) + 'void setup() { pause(); dup(2); }\nvoid loop() {}\n')
-        self.assertTrue(ok, messages)
-
     def test_no_such_device_or_unit(self):
         self.refused('void setup() { noInterrupts(TOASTER, 1); }\nvoid loop() {}\n', 'TOASTER')
         self.refused('TIME_UNIT(weeks);\nvoid setup() {}\nvoid loop() {}\n', 'weeks')

@@ -210,45 +210,5 @@ class Tabs(unittest.TestCase):
             self.assertIn('No such file', missing.stderr)
 
 
-class LibcNames(unittest.TestCase):
-    """What the sketch names like something of the C library gets another name, and nothing else does."""
-
-    def body(self, text):
-        return [line for line in convert(text).splitlines() if not line.startswith('#')][:-1]
-
-    def test_variables_of_every_form(self):
-        self.assertEqual(self.body('uint8_t clock[8] = {1, 2};\nint a, time = 3, *y1;\nRF24 index(7, 8);\nconst long pipe = 0xE8LL;\n'),
-                         ['uint8_t clock_of_sketch[8] = {1, 2};', 'int a, time_of_sketch = 3, *y1_of_sketch;',
-                          'RF24 index_of_sketch(7, 8);', 'const long pipe_of_sketch = 0xE8LL;'])
-
-    def test_only_what_is_meant(self):
-        lines = self.body('int time;\nvoid f() { radio.time(time); p->time = time; std::time(0); say("time"); } // time\n')
-        self.assertEqual(lines[-1], 'void f() { radio.time(time_of_sketch); p->time = time_of_sketch; std::time(0); say("time"); } // time')
-
-    def test_members_keep_their_names(self):
-        text = ('int clock;\nstruct Watch { int clock; int now() { return clock; } };\nclass Other { int now() { return clock; } };\n'
-                'Watch w = {.clock = clock};\n')
-        self.assertEqual(self.body(text), ['int clock_of_sketch;', 'struct Watch { int clock; int now() { return clock; } };',
-                                           'class Other { int now() { return clock_of_sketch; } };', 'Watch w = {.clock = clock_of_sketch};'])
-
-    def test_functions_that_would_be_the_librarys(self):
-        text = 'void pause() {}\nvoid write(int a, char b) {}\nvoid close(int what) {}\nvoid setup() { pause(); close(1); write(1, 2); }\n'
-        lines = self.body(text)
-        self.assertIn('void pause_of_sketch() {}', lines)
-        self.assertIn('void close_of_sketch(int what) {}', lines)
-        self.assertIn('void setup() { pause_of_sketch(); close_of_sketch(1); write(1, 2); }', lines)
-
-    def test_what_the_sketch_does_not_take_stays(self):
-        text = 'extern int time;\ntypedef int clock;\n#include <time.h>\nenum { pipe };\nint use() { return time(0); }\nint local() { int y1 = 1; return y1; }\n'
-        self.assertEqual([line for line in self.body(text) if 'of_sketch' in line], [])
-
-    def test_every_tab_gets_the_new_name(self):
-        made = ino_to_cpp.convert([ino_to_cpp.Tab(pathlib.Path('a.ino'), 'int time;\n#include "time.h"\n'),
-                                   ino_to_cpp.Tab(pathlib.Path('b.ino'), 'void f() { time++; }\n#define LATE (time > 3)\n')])
-        self.assertIn('void f() { time_of_sketch++; }', made)
-        self.assertIn('#define LATE (time_of_sketch > 3)', made)
-        self.assertIn('#include "time.h"', made)
-
-
 if __name__ == '__main__':
     unittest.main()

@@ -73,6 +73,8 @@ class Python(unittest.TestCase):
 
         ran = as_nobody(sdk["python"], "-B", prefix / "lib/qduino" / sdk["ino_to_cpp"], "--help")
         self.assertEqual(ran.returncode, 0, ran.stderr)
+        ran = as_nobody(sdk["python"], "-B", prefix / "lib/qduino" / sdk["as_arduino"], "--", "true")
+        self.assertEqual(ran.returncode, 0, ran.stderr)
         self.assertEqual(as_nobody(prefix / "bin/qduino").returncode, 0)
         unreadable = as_nobody(shutil.which("find"), prefix, "!", "-readable", "-o", "-type", "d", "!", "-executable")
         self.assertEqual((unreadable.stdout, unreadable.stderr), ("", ""))
