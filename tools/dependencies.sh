@@ -20,6 +20,14 @@ node_major_minimum=18
 
 say() { printf '%s\n' "$*" >&2; }
 
+# Prints the comment at the head of the script that runs: its help, 80 columns wide.
+usage() { sed -n '/^#!/d; /^#/!q; s/^# \{0,1\}//p' "$0"; }
+
+# Ends the script where the option NAME, which needs WHAT, was given without a value.
+needs_value() {  # NAME WHAT VALUE
+  [ -n "$3" ] || { say "${0##*/}: $1 needs $2"; exit 1; }
+}
+
 # Prints those of its arguments that are not installed.
 missing_packages() {
   local package
