@@ -74,12 +74,12 @@ CommandLine::Option& CommandLine::Option::called(const char* argument) {
 }
 
 CommandLine::Option& CommandLine::Option::within(int least, int most) {
-    of(option_).check(CLI::Range(least, most));
+    of(option_).check(whole_number_within(least, most));
     return *this;
 }
 
 CommandLine::Option& CommandLine::Option::within(double least, double most) {
-    of(option_).check(CLI::Range(least, most));
+    of(option_).check(number_within(least, most));
     return *this;
 }
 

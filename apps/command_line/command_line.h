@@ -5,7 +5,7 @@
 //   if (const auto status = line.parse(argc, argv)) return *status;
 //
 //   $ virtual-machine --fifo 200
-//   virtual-machine: --fifo: Value 200 not in range 0 to 98
+//   virtual-machine: --fifo: '200' is not a whole number from 0 to 98
 //   'virtual-machine --help' shows what there is.
 //
 // CLI11 parses. Its headers take the compiler three seconds, so one file includes them for all

@@ -1,15 +1,18 @@
 #include "apps/command_line/parser.h"
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <sstream>
 #include <utility>
 #include <vector>
 
 #include "apps/command_line/did_you_mean.h"
 #include "apps/terminal/message.h"
+#include "base/whole_number.h"
 
 namespace qduino::apps {
 namespace {
@@ -102,19 +105,52 @@ namespace {
 
 constexpr double kLargest = 1e9;
 
+/// The number that a word is; nothing when it is none, or goes on behind one.
+std::optional<double> number_of(const std::string& word) {
+    double value = 0;
+    const char* const end = word.data() + word.size();
+    const auto [read, error] = std::from_chars(word.data(), end, value);
+    if (error != std::errc{} || read != end) return std::nullopt;
+    return value;
+}
+
+/// In as few digits as tell it: 0.01, 10000.
+std::string shortest(double value) {
+    std::array<char, 32> text{};
+    const auto [end, error] = std::to_chars(text.data(), text.data() + text.size(), value);
+    return {text.data(), end};
+}
+
 CLI::Validator number_from(bool zero_is_one, const char* what) {
     const auto wrong = [zero_is_one, what](const std::string& word) {
-        double value = 0;
-        const char* const end = word.data() + word.size();
-        const auto [read, error] = std::from_chars(word.data(), end, value);
-        const bool is_number = error == std::errc{} && read == end && value <= kLargest;
-        const bool good = is_number && (value > 0 || (zero_is_one && value == 0));
+        const auto value = number_of(word);
+        const bool is_number = value && *value <= kLargest;
+        const bool good = is_number && (*value > 0 || (zero_is_one && *value == 0));
         return good ? std::string{} : "'" + word + "' is not " + what + ", such as 2.5";
     };
     return {wrong, ""};
 }
 
 }  // namespace
+
+CLI::Validator number_within(double least, double most) {
+    const auto wrong = [least, most](const std::string& word) {
+        const auto value = number_of(word);
+        if (value && *value >= least && *value <= most) return std::string{};
+        return "'" + word + "' is not a number from " + shortest(least) + " to " + shortest(most);
+    };
+    return {wrong, ""};
+}
+
+CLI::Validator whole_number_within(std::int64_t least, std::int64_t most) {
+    const auto wrong = [least, most](const std::string& word) {
+        const auto value = whole_number<std::int64_t>(word);
+        if (value && *value >= least && *value <= most) return std::string{};
+        return "'" + word + "' is not a whole number from " + std::to_string(least) + " to " +
+               std::to_string(most);
+    };
+    return {wrong, ""};
+}
 
 CLI::Validator positive_number() { return number_from(false, "a number above 0"); }
 

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <cstdint>
 #include <optional>
 #include <string>
 
@@ -21,6 +22,10 @@ CLI::Option* add_option(CLI::App& app, const char* names, Value& value, const ch
 [[nodiscard]] CLI::Validator positive_number();
 /// The same, and 0 is one.
 [[nodiscard]] CLI::Validator number_not_negative();
+
+/// A number, or a whole one, from `least` to `most`; anything else is refused by words.
+[[nodiscard]] CLI::Validator number_within(double least, double most);
+[[nodiscard]] CLI::Validator whole_number_within(std::int64_t least, std::int64_t most);
 
 /// Parses. A returned value is the exit status to leave with: help was printed, or the line was
 /// wrong and the user was told.

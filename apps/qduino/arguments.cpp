@@ -60,17 +60,18 @@ void add_report(CLI::App& sub, Arguments& arguments) {
 
 void add_simulated_machine(CLI::App& sub, Arguments& arguments) {
     add_board(sub, arguments);
-    add_option(sub, "--cores", arguments.cores, "Cores, 1 to 64 (default 2)", "N")->check(CLI::Range(1, 64));
+    add_option(sub, "--cores", arguments.cores, "Cores, 1 to 64 (default 2)", "N")
+        ->check(whole_number_within(1, 64));
     add_option(sub, "--seed", arguments.seed, "Seed of what is random (default 1)", "N");
 }
 
 void add_picture(CLI::App& sub, Arguments& arguments, const char* description) {
     CLI::Option* picture = add_option(sub, "--picture", arguments.picture, description, "FILE");
     add_option(sub, "--from", arguments.picture_from_s, "The picture begins at this second", "S")
-        ->check(CLI::Range(0.0, picture::kLatestStart))
+        ->check(number_within(0.0, picture::kLatestStart))
         ->needs(picture);
     add_option(sub, "--length", arguments.picture_length_s, "It shows so many (default: it suits)", "S")
-        ->check(CLI::Range(1e-6, picture::kLongest))
+        ->check(number_within(1e-6, picture::kLongest))
         ->needs(picture);
 }
 
@@ -180,7 +181,7 @@ void add_profile(CLI::App& app, Arguments& arguments) {
                            "Example: qduino profile blinker --for 60 --margin 50 --write");
     add_length(*sub, arguments, "Seconds (default 10)");
     add_option(*sub, "--margin", arguments.margin_percent, "Above the worst, in % (default 20)", "P")
-        ->check(CLI::Range(0.0, 1000.0));
+        ->check(number_within(0.0, 1000.0));
     CLI::Option* write = sub->add_flag("--write", arguments.write, "Put the suggestions into the sketch");
     add_option(*sub, "-o,--output", arguments.output, "Keep the profile here, as JSON", "FILE");
     CLI::Option* real_time =
@@ -216,7 +217,7 @@ void add_vcpu(CLI::App& app, Arguments& arguments) {
     add_duration(*sub, "--budget", arguments.budget, "CPU time in each period (default 10 ms)");
     add_duration(*sub, "--period", arguments.period, "The period, up to 1 s (default 100 ms)");
     add_option(*sub, "--core", arguments.core, "The core (default: the first that admits it)", "N")
-        ->check(CLI::Range(0, 1023));
+        ->check(whole_number_within(0, 1023));
     add_option(*sub, "--report", arguments.report, "Write guarantee and use here, as JSON", "FILE");
     sub->add_flag("-q,--quiet", arguments.quiet, "Say nothing but errors");
     sub->callback([&arguments] {
@@ -269,7 +270,8 @@ void add_metal(CLI::App& app, Arguments& arguments) {
         ->check(CLI::IsMember({"build", "iso", "efi", "run", "beside"}));
     add_sketch(*sub, arguments);
     add_length(*sub, arguments, "Seconds of the machine (default: until Ctrl-C)");
-    add_option(*sub, "--cores", arguments.cores, "Cores, 1 to 8 (default 2)", "N")->check(CLI::Range(1, 8));
+    add_option(*sub, "--cores", arguments.cores, "Cores, 1 to 8 (default 2)", "N")
+        ->check(whole_number_within(1, 8));
     sub->add_flag("--deterministic", arguments.counted_time, "Time counts instructions: repeatable");
     add_option(*sub, "--card", arguments.card, "A network card: virtio-net or e1000", "CARD")
         ->check(CLI::IsMember({"virtio-net", "e1000"}));
@@ -284,10 +286,10 @@ void add_metal(CLI::App& app, Arguments& arguments) {
                "WORDS");
     add_option(*sub, "--record", arguments.record, "Keep here a byte for each write to a pin", "FILE");
     add_option(*sub, "--core", arguments.core, "beside: the core that Linux gives up (default 1)", "N")
-        ->check(CLI::Range(1, 7));
+        ->check(whole_number_within(1, 7));
     add_option(*sub, "--silence", arguments.silence_ms,
                "beside: when Linux is silent so long, safe levels (default 5; 0: it runs on)", "MS")
-        ->check(CLI::Range(0.0, 10000.0));
+        ->check(number_within(0.0, 10000.0));
     add_option(*sub, "--link", arguments.link, "beside: make a printer's link for printd here", "FILE");
     add_metal_ways(*sub, arguments);
 }
@@ -346,7 +348,7 @@ void add_monitor(CLI::App& app, Arguments& arguments) {
         ->excludes(raw);
     CLI::Option* plot = sub->add_flag("--plot", arguments.plot, "Curves in a browser")->excludes(raw);
     add_option(*sub, "--port", arguments.plot_port, "The page's port (default: a free one)", "N")
-        ->check(CLI::Range(1, 65535))
+        ->check(whole_number_within(1, 65535))
         ->needs(plot);
     add_option(*sub, "--tty", arguments.tty, "A serial port for other programs, until Ctrl-C", "LINK")
         ->excludes(raw)
