@@ -1,5 +1,7 @@
 #include "apps/launcher/network_words.h"
 
+#include <algorithm>
+
 #include "base/text.h"
 #include "web/qr_code.h"
 
@@ -9,14 +11,16 @@ std::string network_words(std::string_view line, std::string_view name, int port
     line = line.substr(0, line.find('\n'));
     const std::string_view link = cut(line, ' '), fingerprint = line;
     const std::size_t path = link.find("/#");
+    // 32 bytes of "AB:" are wider than a terminal: 16 of them a line.
+    const std::size_t half = std::min<std::size_t>(16 * 3, fingerprint.size());
     std::string words;
     if (!name.empty())
-        write(words, "  or    https://", name, ".local:", port,
+        write(words, "  Name   https://", name, ".local:", port,
               path == std::string_view::npos ? "/" : link.substr(path), "\n\n");
     if (picture) write(words, web::terminal_picture(web::qr_code_of(link)), '\n');
     if (!fingerprint.empty())
         write(words, "  The certificate's SHA-256, which a browser shows behind its warning:\n  ",
-              fingerprint, "\n\n");
+              fingerprint.substr(0, half), "\n  ", fingerprint.substr(half), "\n\n");
     return words;
 }
 
