@@ -34,6 +34,10 @@ Error error_of(const error_code& code) {
         return make_error(ErrorCode::invalid_argument,
                           "the request gives its length and a transfer coding, too");
     }
+    if (code == http::error::bad_target) {
+        return make_error(ErrorCode::invalid_argument,
+                          "the request's address is not well-formed; a % in a file's name is sent as %25");
+    }
     return make_error(ErrorCode::invalid_argument, "the request is not well-formed HTTP/1.1");
 }
 

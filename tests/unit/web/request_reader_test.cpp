@@ -100,6 +100,17 @@ TEST(RequestReader, RefusesWhatIsAmbiguousOrMalformed) {
     }
 }
 
+/// A client that sends a file's name as it is must learn what to do, not that it speaks no HTTP.
+TEST(RequestReader, APercentThatEncodesNothingIsSaid) {
+    for (const char* name : {"100%.gcode", "a%b.gcode", "a%zz.gcode"}) {
+        const Read found = read("PUT /api/v1/jobs/" + std::string{name} +
+                                " HTTP/1.1\r\nHost: a\r\nContent-Length: 1\r\n\r\n");
+        ASSERT_TRUE(found.error.has_value()) << name;
+        EXPECT_THAT(std::string{found.error->message.view()},
+                    ::testing::HasSubstr("% in a file's name is sent as %25"));
+    }
+}
+
 /// Each of these bodies would be read as a second request where the coding was overlooked.
 TEST(RequestReader, ACodingThatIsNotExactlyChunkedIsNotUnderstoodAndItsBodyIsNoRequest) {
     const std::string hidden = "GET /hidden HTTP/1.1\r\nHost: x\r\n\r\n";
