@@ -13,7 +13,8 @@ packages_run="curl util-linux"
 packages_metal="musl-dev qemu-system-x86 ovmf grub-common grub-pc-bin grub-efi-amd64-bin xorriso
   bochs bochs-term bochsbios vgabios"
 packages_emulated="qemu-system-arm qemu-system-x86 g++-aarch64-linux-gnu"
-packages_test="clang-14 libclang-rt-14-dev clang-format-14 lld universal-ctags chromium curl jq procps util-linux iproute2 dnsmasq-base zbar-tools python3-zeroconf openssl libfaketime"
+packages_test="clang-14 libclang-rt-14-dev clang-format-14 lld universal-ctags chromium curl jq procps util-linux iproute2 dnsmasq-base zbar-tools python3-zeroconf openssl libfaketime
+  arduino-builder arduino-core-avr gcc-avr avr-libc simavr"
 
 # Debian's nodejs (18) is too old for the page's build tools only where it is older than this.
 node_major_minimum=18

@@ -4,8 +4,7 @@
  * A compiler sees that where the format stands in the call. But a format travels: through a
  * function of the sketch's that takes `const char* format, ...`, in a variable, in a table. Then
  * printf() reads what lies behind the number, and scanf() writes over it. So in a sketch these
- * names are calls of functions of this board, which know what an `l` means there. strtol() and
- * strtoul() end at the limits of 32 bits.
+ * names are calls of functions of this board, which know what an `l` means there.
  *
  * Included before every header of the system: a name that was declared before keeps its function.
  *
@@ -44,10 +43,6 @@ int sscanf(const char* __restrict text, const char* __restrict format, ...) QDUI
     QDUINO_FOR_SKETCH(sscanf);
 int vsscanf(const char* __restrict text, const char* __restrict format,
             __builtin_va_list values) QDUINO_NOTHROW QDUINO_FOR_SKETCH(vsscanf);
-long strtol(const char* __restrict text, char** __restrict end, int base) QDUINO_NOTHROW
-    QDUINO_FOR_SKETCH(strtol);
-unsigned long strtoul(const char* __restrict text, char** __restrict end, int base) QDUINO_NOTHROW
-    QDUINO_FOR_SKETCH(strtoul);
 
 #ifdef __cplusplus
 }

@@ -16,6 +16,7 @@ What changes for `long`, in its own columns so that the compiler's messages poin
   - `%ld`, `%lu` … in the texts of a call of printf, scanf and their family → `%d`, `%u`, so that the compiler's own check of formats is
     right. What a format means when the program runs is arduino/core/formats.h's affair, which is read before everything else;
   - `int64_t` and its like, which the system makes of its own `long` → `int64_q`, a `long long`, as on an AVR;
+  - `strtol()`, `atol()`, `labs()` and their like, whose result is a `long` of the system → `strt0l()` …, with a result of 32 bits;
   - `ulong` and `u_long`, which the system has with 64 bits → `ul0ng`, `u_l0ng`, with 32. A library that declares such a name again
     (Keypad does) would contradict the system otherwise.
 
@@ -64,9 +65,20 @@ for name in ('int_fast16_t', 'int_fast32_t'):
     SYSTEM_LONG[name] = (name[:-1] + 'q', 'int')
     SYSTEM_LONG['u' + name] = ('u' + name[:-1] + 'q', 'unsigned int')
 SYSTEM_LONG_NAME = re.compile(r'\b(?:' + '|'.join(SYSTEM_LONG) + r')\b')
+# Functions whose result is a `long`: what they become, of the same length, and how that is
+# declared. The ABIs of x86-64 and AArch64 give the low 32 bits of a result in the same register.
+SYSTEM_LONG_FUNCTIONS = {
+    'strtol': ('strt0l', 'int strt0l(const char*, char**, int) __asm__("qduino_strtol");'),
+    'strtoul': ('strt0ul', 'unsigned int strt0ul(const char*, char**, int) __asm__("qduino_strtoul");'),
+    'atol': ('at0l', 'int at0l(const char*) __asm__("atol");'),
+    'labs': ('l4bs', 'int l4bs(int) __asm__("abs");'),
+    'lround': ('lr0und', 'int lr0und(double) __asm__("lround");'),
+    'lrint': ('lr1nt', 'int lr1nt(double) __asm__("lrint");'),
+}
+SYSTEM_LONG_FUNCTION = re.compile(r'\b(?:' + '|'.join(SYSTEM_LONG_FUNCTIONS) + r')\b')
 # Found as a system's header, by -isystem: what it says is not the sketch's.
 FORMATS_HEADER = 'arduino/core/formats.h'
-FORMATS = re.compile(r'\bv?(?:s|sn|f)?printf\b|\bv?[sf]?scanf\b|\bstrtou?l\b')
+FORMATS = re.compile(r'\bv?(?:s|sn|f)?printf\b|\bv?[sf]?scanf\b')
 TWICE = re.compile(r'cannot be overloaded with|redefinition of')
 ROUNDS = 8  # of asking the compiler which declarations have become the same
 OTHER_LONG = '''template <typename T>
@@ -243,7 +255,8 @@ class Text:
         return edits
 
     def edits_of_system_long(self):
-        return [(*match.span(), SYSTEM_LONG[match[0]][0]) for match in SYSTEM_LONG_NAME.finditer(self.code)]
+        return [(*match.span(), names[match[0]][0]) for pattern, names in (
+            (SYSTEM_LONG_NAME, SYSTEM_LONG), (SYSTEM_LONG_FUNCTION, SYSTEM_LONG_FUNCTIONS)) for match in pattern.finditer(self.code)]
 
     def edits_of_waits(self):
         """Loops without a body whose head changes nothing: they wait."""
@@ -309,11 +322,19 @@ def number_of_32_bits(digits, suffix):
     return digits + (unsigned or ('' if decimal and value < 1 << 63 else 'U' if value >= 1 << 63 else '')) + 'LL'
 
 
-def typedefs_of_system_long(names, cpp):
+def declarations_of_system_long(code, cpp):
     """What stands before the text for the names that it has."""
+    names = sorted(set(SYSTEM_LONG_NAME.findall(code)))
+    functions = sorted(set(SYSTEM_LONG_FUNCTION.findall(code)))
     out = ''.join('typedef %s %s;\n' % SYSTEM_LONG[name][::-1] for name in names)
-    if out and cpp:
-        out += 'namespace std {\n' + ''.join('using ::%s;\n' % SYSTEM_LONG[name][0] for name in names) + '}\n'
+    declared = ''.join(SYSTEM_LONG_FUNCTIONS[name][1] + '\n' for name in functions)
+    if not cpp:
+        return out + declared
+    if declared:
+        out += 'extern "C" {\n' + declared + '}\n'
+    if out:
+        every = [SYSTEM_LONG[name][0] for name in names] + [SYSTEM_LONG_FUNCTIONS[name][0] for name in functions]
+        out += 'namespace std {\n' + ''.join('using ::%s;\n' % name for name in every) + '}\n'
     return out
 
 
@@ -358,7 +379,7 @@ def compile_text(text, unit, compiling):
     for _ in range(ROUNDS):
         head = OTHER_LONG if text.apart and unit.suffix == '.ii' else ''
         if text.long_32:
-            head += typedefs_of_system_long(sorted(set(SYSTEM_LONG_NAME.findall(text.code))), unit.suffix == '.ii')
+            head += declarations_of_system_long(text.code, unit.suffix == '.ii')
         # A word of the language before the pragma would forbid it.
         prepared, pragma, rest = text.converted().rpartition(PREPARED)
         named, newline, rest = rest.partition('\n') if pragma else ('', '', rest)

@@ -51,6 +51,17 @@ POSIX_FUNCTIONS = frozenset("""
     significand sincos sleep srand48 stime stpcpy stpncpy strcoll strerror strfry strptime strsignal strxfrm symlink sync syncfs syscall
     sysconf tempnam tgamma timegm timelocal times tmpfile tmpnam toascii truncate ttyname ttyslot tzset ualarm umask unlink unshare usleep
     utimes valloc vfork vhangup wait write y0 y1 yn""".split())
+# Functions of the C library of which no header of a sketch speaks. A variable of the same name
+# takes their place when the program is linked, and the board, or the C library itself, calls what
+# lies there: the program dies before setup(). Names that nobody chooses are left out (nm -D of glibc).
+LINKED_FUNCTIONS = frozenset("""
+    accept advance backtrace bind carg clog closedir closelog conj connect creal creat dirname err error fadd fcntl flock fmul fprintf fputc
+    freopen fscanf fstat fsub ftime ftok ftw glob gtty htonl htons iconv insque iopl listen locs login logout longjmp lstat madvise mallinfo
+    mcount mkdir mknod mlock mmap mount mprobe mprotect msync munmap nextup ntohl ntohs opendir openlog poll prctl ptrace raise readahead
+    readdir readv reboot recv recvfrom regcomp regexec regfree remque renameat rtime scandir seekdir semctl semget semop send sendfile
+    sendmsg sendto setjmp shutdown sigaction signal sigpause sigset sigwait socket splice sprintf sscanf stat statfs step stty swapoff swapon
+    sysinfo syslog tcdrain tdelete tee telldir tfind tsearch twalk ulimit umount uname ustat utime verr vprintf warn waitid waitpid wordexp
+    writev""".split())
 LIBC_VARIABLES = frozenset("daylight environ optarg opterr optind optopt signgam stderr stdin stdout timezone tzname".split())
 LIBC_TYPES = frozenset("""
     blkcnt_t blksize_t caddr_t clock_t clockid_t cpu_set_t daddr_t dev_t double_t error_t fd_mask fd_set float_t fpos_t fsid_t gid_t id_t
@@ -59,7 +70,7 @@ LIBC_TYPES = frozenset("""
 # A function of the sketch that takes the same is in the way, also where an AVR has it.
 WITHOUT_ARGUMENTS = frozenset("abort getchar rand".split())
 WITH_AN_INT = frozenset("abs exit system".split())
-VALUES = BOARD_TYPES | BOARD_FUNCTIONS.keys() | AVR_FUNCTIONS | POSIX_FUNCTIONS | LIBC_VARIABLES | LIBC_TYPES
+VALUES = BOARD_TYPES | BOARD_FUNCTIONS.keys() | AVR_FUNCTIONS | POSIX_FUNCTIONS | LINKED_FUNCTIONS | LIBC_VARIABLES | LIBC_TYPES
 
 WORD = re.compile(IDENTIFIER)
 BRACKETS = re.compile(r'[{};]')

@@ -9,10 +9,11 @@ there instead. The twin is not changed: it may not be the one that sees it, nor 
 
 import argparse
 import pathlib
-import subprocess
 import sys
 
-ROOT = pathlib.Path(__file__).resolve().parents[3]
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+import planted_mutants  # noqa: E402
+
 FUZZ = pathlib.Path(__file__).with_name("meaning_fuzz.py")
 
 LEFT = "planner_.set_settings(before.settings);\n", "accelerations_ = before.accelerations;\n", "compensation_.take(before.compensation);\n"
@@ -42,21 +43,6 @@ MUTANTS = (
 )
 
 
-def planted(text, changes):
-    for each, instead in changes:
-        if text.count(each) != 1:
-            raise SystemExit("%r stands %d times in the file, and not once" % (each, text.count(each)))
-        text = text.replace(each, instead)
-    return text
-
-
-def files_until_found(options):
-    """The words of the fuzz: its first difference, and how many files there were."""
-    program = ROOT / "build/release/bin/printer-sim"
-    command = [sys.executable, "-B", FUZZ, program, "--count", str(options.count), "--seed", str(options.seed), "--first"]
-    return subprocess.run([str(each) for each in command], capture_output=True, text=True, check=False)
-
-
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("build")
@@ -64,24 +50,9 @@ def main():
     parser.add_argument("--count", type=int, default=400)
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args()
-    unseen = []
-    for name, file, changes in MUTANTS:
-        if options.only not in name:
-            continue
-        path = ROOT / file
-        right = path.read_text(encoding="utf-8")
-        try:
-            path.write_text(planted(right, changes), encoding="utf-8")
-            subprocess.run(options.build, shell=True, check=True, stdout=subprocess.DEVNULL, cwd=ROOT)
-            ran = files_until_found(options)
-        finally:
-            path.write_text(right, encoding="utf-8")
-        print("%s\n  %s" % (name, "\n  ".join(ran.stdout.strip().splitlines())), flush=True)
-        if ran.returncode == 0:
-            unseen.append(name)
-    subprocess.run(options.build, shell=True, check=True, stdout=subprocess.DEVNULL, cwd=ROOT)
-    print("not seen: %s" % (", ".join(unseen) or "none"))
-    return 1 if unseen else 0
+    program = planted_mutants.ROOT / "build/release/bin/printer-sim"
+    fuzz = [sys.executable, "-B", FUZZ, program, "--count", options.count, "--seed", options.seed, "--first"]
+    return 1 if planted_mutants.unseen_of(MUTANTS, options.build, fuzz, options.only) else 0
 
 
 if __name__ == "__main__":

@@ -87,8 +87,17 @@ class Compiled(unittest.TestCase):
 
     def test_the_systems_headers_keep_theirs(self):
         self.compile('system.cpp', '#include <cstdint>\n#include <ctime>\n#include <cstdlib>\n'
-                     'static_assert(sizeof(int64_t) == 8 && sizeof(size_t) == 8 && sizeof(time_t) == 8 && sizeof(strtol("", 0, 0)) == 8 && '
+                     'static_assert(sizeof(int64_t) == 8 && sizeof(size_t) == 8 && sizeof(time_t) == 8 && sizeof(clock()) == 8 && '
                      'sizeof(long) == 4);\n')
+
+    def test_what_reads_and_rounds_a_long_gives_32_bits(self):
+        text = ('#include <stdio.h>\n#include <stdlib.h>\n#include <math.h>\nint main() { printf("%d %d %d ", (int)sizeof(strtol("", 0, 0)), '
+                '(int)sizeof(labs(-1L)), (int)sizeof(strtoul("", 0, 0)));\n'
+                'printf("%ld %ld %ld %ld", atol("-77"), labs(-2147483647L), lround(-2.5), lrint(2.5)); return 0; }\n')
+        for name in ('reads.c', 'reads.cpp'):
+            self.assertEqual(self.output(name, text), '4 4 4 -77 2147483647 -3 2')
+        self.assertEqual(self.output('std.cpp', '#include <cstdio>\n#include <cstdlib>\nint main() { std::printf("%d", '
+                                     '(int)sizeof(std::labs(1L))); }\n'), '4')
 
     def test_a_kept_folder_stays_where_it_comes_as_a_systems(self):
         (self.folder / 'kept').mkdir()

@@ -11,8 +11,8 @@
 extern "C" {
 int qduino_snprintf(char* text, std::size_t size, const char* format, ...);
 int qduino_sscanf(const char* text, const char* format, ...);
-long qduino_strtol(const char* text, char** end, int base);
-unsigned long qduino_strtoul(const char* text, char** end, int base);
+std::int32_t qduino_strtol(const char* text, char** end, int base);
+std::uint32_t qduino_strtoul(const char* text, char** end, int base);
 }
 
 namespace qduino::arduino::formats_test {

@@ -101,9 +101,13 @@ class Compiled(unittest.TestCase):
 
     def test_each_name_is_free(self):
         types = own_names.BOARD_TYPES | own_names.LIBC_TYPES
-        self.compile('free.cpp', '#include <Arduino.h>\n#include <unistd.h>\n#include <sys/time.h>\n' +
-                     ''.join(f'int {word};\n' for word in sorted(own_names.VALUES - types)) +
-                     ''.join(f'struct {word} {{ char c; }};\n' for word in sorted(types)))
+        compiled = self.compile('free.cpp', '#include <Arduino.h>\n#include <unistd.h>\n#include <sys/time.h>\n' +
+                                ''.join(f'int {word};\n' for word in sorted(own_names.VALUES - types)) +
+                                ''.join(f'struct {word} {{ char c; }};\n' for word in sorted(types)))
+        # The linker would take a variable of the C library's name for the C library's function.
+        symbols = subprocess.run(['nm', '--defined-only', '--format=posix', compiled], capture_output=True, text=True, check=True).stdout
+        self.assertFalse({line.split()[0] for line in symbols.splitlines()} & own_names.VALUES)
+        self.assertIn('signal_of_sketch ', symbols)
 
     def test_headers_libraries_and_the_c_language_agree(self):
         header = ('#pragma once\n#ifdef __cplusplus\nextern "C" {\n#endif\nvoid pause(void);\nextern unsigned long time;\n#ifdef __cplusplus\n}\n#endif\n')

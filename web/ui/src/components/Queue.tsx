@@ -225,7 +225,7 @@ function SearchRow() {
       <input ref={typed} type="search" value={text} placeholder="Search by name" aria-label="Search jobs by name" data-testid="search"
         onInput={(event) => setText(event.currentTarget.value)} />
       <select value={search.states} aria-label="Jobs of which state" data-testid="states"
-        // On a busy computer the state is chosen before the typing was drawn: the field has the last word.
+        // A busy computer has not yet drawn what was typed: the field has the last word.
         onChange={(event) => void startSearch({ text: typed.current?.value ?? text, states: event.currentTarget.value })}>
         {STATE_CHOICES.map(({ words, states }) => <option key={states} value={states}>{words}</option>)}
       </select>
