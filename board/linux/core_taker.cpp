@@ -116,7 +116,7 @@ const Neighbours& CoreTaker::neighbours(int core) {
 
 const Interference& CoreTaker::interference(int core) {
     const auto [known, is_new] = known_.try_emplace(core);
-    auto& [memory, told, said] = known->second;
+    auto& [memory, told, said, refused] = known->second;
     if (!is_new || config_.probe_duration == Nanoseconds{0}) return told;
     if (const char* text = std::getenv("QDUINO_INTERRUPTS")) {
         if (const auto figures = InterferenceMemory::figures_said(text)) {
@@ -124,6 +124,7 @@ const Interference& CoreTaker::interference(int core) {
             told.found = told.counts = *figures;
             return told;
         }
+        refused = true;
     }
     memory = InterferenceMemory::read(core, config_.sysfs_root);
     if (memory.size() == 0 || !neighbours(core).loops) {
@@ -143,7 +144,7 @@ void CoreTaker::remember_run() {
         const auto known = known_.find(used.core);
         const auto now = interrupt_counts_of(used.core, config_.sysfs_root);
         if (known == known_.end() || !now || !used.interrupts_at_start || running < 1s) continue;
-        auto& [memory, told, said] = known->second;
+        auto& [memory, told, said, refused] = known->second;
         if (said) continue;
         const auto look = look_of_run(told, running, now->others - used.interrupts_at_start->others);
         if (!look) continue;
@@ -268,6 +269,9 @@ void CoreTaker::compare_with_admission(const UsedCore& used, std::optional<Inter
         join(report.note, "interrupts are counted as QDUINO_INTERRUPTS says");
         return;
     }
+    if (known->second.refused)
+        join(report.note, "QDUINO_INTERRUPTS is malformed, and counts for nothing (four numbers: "
+                          "docs/qduino.md)");
     report.counted_per_second = told.counted_per_second();
     report.counted_cost = told.each;
     report.counted_longest = told.counted_once().cost;

@@ -88,7 +88,8 @@ class CoreTaker {
     struct KnownCore {
         InterferenceMemory memory;
         Interference told;
-        bool said = false;  // by QDUINO_INTERRUPTS
+        bool said = false;     // by QDUINO_INTERRUPTS
+        bool refused = false;  // what that says is malformed
     };
 
     Result<void> open_settings();

@@ -52,8 +52,9 @@ POSIX_FUNCTIONS = frozenset("""
     sysconf tempnam tgamma timegm timelocal times tmpfile tmpnam toascii truncate ttyname ttyslot tzset ualarm umask unlink unshare usleep
     utimes valloc vfork vhangup wait write y0 y1 yn""".split())
 # Functions of the C library of which no header of a sketch speaks. A variable of the same name
-# takes their place when the program is linked, and the board, or the C library itself, calls what
-# lies there: the program dies before setup(). Names that nobody chooses are left out (nm -D of glibc).
+# takes their place when the program is linked, and the board, or the C library itself, calls
+# what lies there: the program dies before setup(). Names that nobody chooses are left out (nm
+# -D of glibc).
 LINKED_FUNCTIONS = frozenset("""
     accept advance backtrace bind carg clog closedir closelog conj connect creal creat dirname err error fadd fcntl flock fmul fprintf fputc
     freopen fscanf fstat fsub ftime ftok ftw glob gtty htonl htons iconv insque iopl listen locs login logout longjmp lstat madvise mallinfo
