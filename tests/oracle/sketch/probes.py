@@ -186,6 +186,19 @@ class Maker:
         return Probe("a bit field", self.body("struct { %s a : %d; } s;" % ("uint8_t" if bits < 9 else "uint16_t", bits),
                                               "s.a = %d;" % self.chance.randrange(1 << bits), "Serial.println((int)s.a);"))
 
+    def of_arduino(self):
+        """A macro of the language by itself, of arguments of several types."""
+        for _ in range(60):
+            try:
+                each = self.of_the_language(self.expression(1), self.expression(1))
+                if each.is_float:
+                    return Probe("a float of a macro", self.body("Serial.println(%s, 3);" % each.text))
+                if all(kind.bits <= 32 for kind, _ in each.on):
+                    return Probe("a macro of the language", self.body("Serial.println((long)%s);" % each.text))
+            except Undefined:
+                continue
+        return self.printed()
+
     # ---- formats ----------------------------------------------------------------------------
     def conversion(self):
         """A conversion and its argument."""
@@ -321,7 +334,8 @@ class Maker:
         heads = ['void %s(%s) { Serial.println(F("%s")); }' % (show, word, word) for word in sets]
         self.chance.shuffle(heads)
         split = self.chance.randrange(len(heads) + 1)
-        early = "" if split == len(heads) else "".join("void %s(%s);\n" % (show, word) for word in sets) if self.chance.random() < 0.5 else ""
+        # Some have a prototype of their author's: the others still need one.
+        early = "".join("void %s(%s);\n" % (show, word) for word in sets if self.chance.random() < 0.4)
         return Probe("an overload", self.body("%s(%s);" % (show, call)), early + "\n".join(heads[:split]) + "\n", "\n".join(heads[split:]) + "\n")
 
     # ---- declarations -----------------------------------------------------------------------
@@ -377,7 +391,7 @@ class Maker:
                                                                           "long %s = s.%s; Serial.println(%s);" % (name, name, name)))
 
     def make(self):
-        makers = [self.printed] * 6 + [self.stored] * 2 + [self.formatted] * 4 + [self.scanned, self.converted, self.converted, self.typed, self.typed,
+        makers = [self.printed] * 5 + [self.of_arduino] * 3 + [self.stored] * 2 + [self.formatted] * 4 + [self.scanned, self.converted, self.converted, self.typed, self.typed,
                                                                                    self.declared_function, self.declared_function, self.taken_name]
         return self.chance.choice(makers)()
 

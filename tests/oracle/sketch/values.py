@@ -12,6 +12,11 @@ import fractions
 import struct
 
 
+# avr-gcc divides by these with ADIW behind a skip. simavr 1.6 takes that ADIW for the first half of a CALL, and skips the
+# instruction behind it, too: 127 / 32 is 0 there.
+SIMAVR_MISTAKES = (16, 32, 64)
+
+
 class Undefined(Exception):
     """The step is undefined in C++, or it rounds."""
 
@@ -145,6 +150,8 @@ class Board:
     def arithmetic(sign, a, b, kind):
         if sign in "/%":
             if b == 0 or kind.is_float and sign == "%":
+                raise Undefined
+            if not kind.is_float and abs(b) in SIMAVR_MISTAKES:
                 raise Undefined
             if kind.is_float:
                 return a / b
