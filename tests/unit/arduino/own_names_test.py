@@ -67,7 +67,7 @@ class OwnNames(unittest.TestCase):
 
     def test_functions(self):
         # The C library has variables of these names.
-        self.renamed('long daylight@(long x, char y) { return x / y; }\nvoid setup() { daylight@(3, 1); }\n')
+        self.renamed('int daylight@(int x, char y) { return x / y; }\nvoid setup() { daylight@(3, 1); }\n')
         self.renamed('void pause@() {}\nvoid write@(int a, char b) {}\nvoid close@(int what);\nvoid setup() { pause@(); close@(1); write@(1, 2); }\n')
         self.renamed('int progress@() { return 50; }\nunsigned nanos@ = 5; void spinlockInit@(int* a, int b = 1) {}\n')
         self.kept('double pow(int a, int b) { return 1; }\nint abs(char c) { return c; }\nvoid progress(int percent) { progress(); }\n')
