@@ -12,8 +12,8 @@ import fractions
 import struct
 
 
-# avr-gcc divides by these with ADIW behind a skip. simavr 1.6 takes that ADIW for the first half of a CALL, and skips the
-# instruction behind it, too: 127 / 32 is 0 there.
+# avr-gcc divides by these with ADIW behind a skip. simavr 1.6 takes that ADIW for the first half of
+# a CALL, and skips the instruction behind it, too: 127 / 32 is 0 there.
 SIMAVR_MISTAKES = (16, 32, 64)
 
 
