@@ -270,8 +270,9 @@ void CoreTaker::compare_with_admission(const UsedCore& used, std::optional<Inter
         return;
     }
     if (known->second.refused)
-        join(report.note, "QDUINO_INTERRUPTS is malformed, and counts for nothing (four numbers: "
-                          "docs/qduino.md)");
+        join(report.note,
+             "QDUINO_INTERRUPTS is malformed, and counts for nothing (four numbers: "
+             "docs/qduino.md)");
     report.counted_per_second = told.counted_per_second();
     report.counted_cost = told.each;
     report.counted_longest = told.counted_once().cost;

@@ -252,7 +252,7 @@ class Scopes:
 def function_in_the_way(name, counts, parameters):
     if name in BOARD_FUNCTIONS:
         return any(counts[0] <= count <= counts[1] for count in BOARD_FUNCTIONS[name])
-    return (name in POSIX_FUNCTIONS | LIBC_VARIABLES or name in WITHOUT_ARGUMENTS and parameters == () or
+    return (name in POSIX_FUNCTIONS | LIBC_VARIABLES | BOARD_TYPES or name in WITHOUT_ARGUMENTS and parameters == () or
             name in WITH_AN_INT and parameters == ('int',))
 
 
