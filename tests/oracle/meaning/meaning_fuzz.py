@@ -15,10 +15,11 @@ import random
 import subprocess
 import sys
 import tempfile
-import time
 
-import generator
-import judge
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+import campaign  # noqa: E402
+import generator  # noqa: E402
+import judge  # noqa: E402
 
 
 class Trial:
@@ -74,18 +75,13 @@ def keep(trial, where, said):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("printer_sim")
-    parser.add_argument("--seconds", type=float, default=0)
-    parser.add_argument("--count", type=int, default=40)
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--keep", type=pathlib.Path)
-    parser.add_argument("--first", action="store_true")
+    campaign.add_options(parser, count=40)
     options = parser.parse_args()
-    until = time.monotonic() + options.seconds
     tried = wrong = 0
     used = {}
     with tempfile.TemporaryDirectory() as folder:
-        while time.monotonic() < until if options.seconds else tried < options.count:
-            trial = Trial(options.seed + tried, pathlib.Path(folder))
+        for seed in campaign.seeds(options):
+            trial = Trial(seed, pathlib.Path(folder))
             trial.write()
             said = trial.run(options.printer_sim)
             tried += 1

@@ -269,7 +269,9 @@ class Maker:
             kind, before = "a format through a template", ("template <class... A> void %s(char* b, const char* f, A... a) { sprintf(b, f, a...); }\n" % wrap)
             call = '%s(b, "%s"%s);' % (wrap, text, rest)
         else:
-            kind, call = "a format that was put together", 'char f[60]; strcpy(f, "%s"); strcat(f, "%s"); sprintf(b, f%s);' % (text[:0], text, rest)
+            first, between, second = text.partition("|")
+            kind = "a format that was put together"
+            call = 'char f[60]; strcpy(f, "%s"); strcat(f, "%s"); sprintf(b, f%s);' % (first + between, second, rest)
         return Probe(kind, self.body(*out, call, "Serial.println(b);"), before, after)
 
     def scanned(self):

@@ -13,10 +13,11 @@ import pathlib
 import re
 import sys
 import tempfile
-import time
 
-import boards
-import probes
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+import boards  # noqa: E402
+import campaign  # noqa: E402
+import probes  # noqa: E402
 
 END = """
 #ifdef __AVR__
@@ -148,23 +149,18 @@ class Fuzz:
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("qduino")
-    parser.add_argument("--seconds", type=float, default=0)
-    parser.add_argument("--count", type=int, default=3)
+    campaign.add_options(parser, count=3)
     parser.add_argument("--probes", type=int, default=60)
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--keep", type=pathlib.Path)
     parser.add_argument("--without", default="(?!)", help="a pattern of the kinds of probes that are left out")
-    parser.add_argument("--first", action="store_true")
     options = parser.parse_args()
     missing = boards.Mega.missing()
     if missing:
         print("not installed: " + ", ".join(missing))
         return 77
-    until = time.monotonic() + options.seconds
     with tempfile.TemporaryDirectory() as folder:
         fuzz = Fuzz(options, pathlib.Path(folder))
-        while time.monotonic() < until if options.seconds else fuzz.sketches < options.count:
-            fuzz.one(options.seed + fuzz.sketches)
+        for seed in campaign.seeds(options):
+            fuzz.one(seed)
             if options.first and fuzz.differences:
                 break
     print("%d sketches, %d probes, %d that a Mega does not build or run, %d differences; %s" % (
