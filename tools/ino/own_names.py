@@ -75,6 +75,7 @@ VALUES = BOARD_TYPES | BOARD_FUNCTIONS.keys() | AVR_FUNCTIONS | POSIX_FUNCTIONS 
 
 WORD = re.compile(IDENTIFIER)
 BRACKETS = re.compile(r'[{};]')
+BLANKS = re.compile(r'\s+')
 # What may stand in a head and has parentheses of its own.
 ATTRIBUTE = re.compile(r'(?:__attribute__|__declspec|alignas|__asm__|asm)\s*\((?:[^()]|\((?:[^()]|\([^()]*\))*\))*\)|\[\[.*?\]\]', re.S)
 KIND = r'\b(?:class|struct|union|enum)\b'
@@ -96,6 +97,12 @@ class Scope:
     parts: list = field(default_factory=list)  # of its statement that has not ended, without what is in braces
     begin: int = 0       # of that statement
     words: bool = False  # of an enumeration
+
+
+def squeezed(text):
+    """`text` with one blank for many: the headers of the system are megabytes of blanks here, and patterns with two `\\s*` in a row
+    try every way to share them out."""
+    return BLANKS.sub(' ', text)
 
 
 def without_template(head):
@@ -164,7 +171,7 @@ class Scopes:
         open_scopes = [self.root]
         for match in BRACKETS.finditer(code):
             inner = open_scopes[-1]
-            text = code[inner.begin:match.start()] if inner.kind != 'code' or match[0] == '{' else ''
+            text = squeezed(code[inner.begin:match.start()]) if inner.kind != 'code' or match[0] == '{' else ''
             if match[0] == '{':
                 scope = self.opened(inner, ''.join(inner.parts) + text, match.end())
                 inner.parts.append(text)

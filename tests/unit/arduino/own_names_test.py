@@ -79,6 +79,11 @@ class OwnNames(unittest.TestCase):
         self.assertEqual(as_arduino.Text(text, []).converted(),
                          text.replace('int time;', 'int time_of_sketch;').replace('return time;', 'return time_of_sketch;'))
 
+    def test_megabytes_of_blanks_end(self):
+        """A source that includes the system's headers before Arduino.h has them as blanks, in the middle of a statement."""
+        code = 'int' + ' \n' * 1_500_000 + 'pause() { pause(); }\n'
+        self.assertEqual([code[place - 5:place] for place in own_names.places_of_own_names(code)], ['pause', 'pause'])
+
     def test_broken_text_ends(self):
         for text in ('int time; }}} int pause; {{{', 'class { int time', 'enum {', '::time int time;', 'template <int time'):
             converted(text)
