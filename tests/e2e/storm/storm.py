@@ -274,10 +274,20 @@ class Storm:
         if status // 100 != 2 and status != 409:
             self.fail("with a full disk %s is answered by %d: %s" % (path, status, said))
 
+    def wait_for_kept_room(self):
+        """The disk was full a moment ago, and has room again: the service takes some for the next time within a second."""
+        until = time.monotonic() + BACK_S
+        while not os.path.exists(os.path.join(self.state, "ballast")):
+            if time.monotonic() > until:
+                return self.fail("the disk has room, and the service has kept none of it for a full disk for %d s" % BACK_S)
+            time.sleep(0.05)
+        return None
+
     def fill_disk(self, victim):
         """Takes the last block, kills the service, and asks for what must work then."""
         login = {"key": read(os.path.join(self.state, "api-key")).strip()}
         try:
+            self.wait_for_kept_room()
             pid = self.victim_pid("printd")
             if pid is None:
                 return False
