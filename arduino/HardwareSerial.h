@@ -7,14 +7,16 @@
 //
 // A slow terminal must not stop a loop with a deadline. So writing puts bytes into a ring, and a
 // thread of the system's ordinary class carries them out. Only a full ring (64 KB) makes a writer
-// wait.
+// wait. In the simulator a byte takes its time at the baud rate (core/uart_line.h).
 #pragma once
 
 #include <memory>
+#include <string>
 
 #include "arduino/Stream.h"
 #include "arduino/core/lock.h"
 #include "arduino/core/serial_port.h"
+#include "arduino/core/uart_line.h"
 
 // data bits, parity, stop bits: bits 0–1 = stop bits, 4–5 = parity (0 none, 1 even, 2 odd), 8–11 =
 // data bits
@@ -75,6 +77,11 @@ class HardwareSerial : public Stream {
     void settle(int ms);
     /// For the program around the sketch: true holds back what is written, false lets it go.
     void hold_output(bool held);
+    /// For the program around the sketch, when no loop runs: why bytes were lost that were written;
+    /// null: none was.
+    [[nodiscard]] const char* lost() const { return port_ ? port_->lost() : nullptr; }
+    /// Appends a line to `notes` when writers waited for room in the buffer.
+    void describe_waits(std::string& notes) const;
 
   protected:
     void hold() override { lock_.lock(); }
@@ -83,13 +90,16 @@ class HardwareSerial : public Stream {
   private:
     /// What the port answers under the lock; `otherwise` when there is none.
     template <typename Answer>
-    int ask(Answer (qduino::arduino::SerialPort::*what)(), int otherwise);
+    int ask(Answer answer, int otherwise);
+    /// Bytes that have come in.
+    [[nodiscard]] std::size_t arrived();
     void open(unsigned long baud, std::uint16_t config, qduino::arduino::SerialPort* port);
 
     int number_;
     qduino::arduino::Lock lock_;
     qduino::arduino::SerialPort* port_ = nullptr;  // null: not begun, what is written is dropped
     std::unique_ptr<qduino::arduino::SerialPort> owned_;
+    qduino::arduino::UartLine line_;
 };
 
 extern HardwareSerial Serial;
@@ -98,10 +108,12 @@ extern HardwareSerial Serial2;
 extern HardwareSerial Serial3;
 
 namespace qduino::arduino {
-/// Serial.settle() and Serial.hold_output(), for a program that must not link Serial by itself
-/// (apps/host/sketch_main.cpp).
-void settle_console();
+/// The same of Serial, for a program that must not link it by itself (apps/host/sketch_main.cpp).
+void settle_console(int ms);
 void hold_console(bool held);
+[[nodiscard]] const char* console_lost();
+/// Lines about the waits of all ports, or nothing.
+[[nodiscard]] std::string serial_waits();
 }  // namespace qduino::arduino
 
 namespace arduino {

@@ -81,7 +81,8 @@ class Board {
     [[nodiscard]] virtual Result<double> chip_temperature();
 
     /// Routes edges of `pin` to `handler`, run as I/O VCPU `io` (which start() was or will be
-    /// given). Setup-time.
+    /// given). Setup-time, and, while the VCPUs run, for a pin that had this handler before: to
+    /// detach_edge() it and attach it again must not allocate.
     virtual Result<void> attach_edge(PinId pin, Edge edge, EdgeHandler handler, void* context, VcpuId io);
     virtual void detach_edge(PinId pin);
     /// When the edge came that the calling handler runs for; kForever: nobody knows.
@@ -99,6 +100,9 @@ class Board {
     /// serial port, a network card. 0: it asked there, in vain. Takes what that costs where devices
     /// are simulated; nothing elsewhere.
     virtual void device_work([[maybe_unused]] DeviceClass device, [[maybe_unused]] std::size_t bytes) {}
+    /// A byte of a serial port takes its time at the baud rate, and whoever carries the bytes is to
+    /// say so by busy_until(). False where the port is real: there the hardware does.
+    [[nodiscard]] virtual bool serial_takes_time() const { return false; }
 
     // ---- locks ----------------------------------------------------------------------------------
     virtual void lock(LockWord& word) = 0;

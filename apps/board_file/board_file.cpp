@@ -93,6 +93,7 @@ void read_sim(TomlSection& s, SimConfig& config) {
     s.duration("wake_latency", config.wake_latency);
     s.duration("edge_top_half", config.edge_top_half);
     s.flag("charge_interrupts_to_victim", config.charge_interrupts_to_victim);
+    s.flag("serial_at_baud", config.serial_at_baud);
     s.duration("edge_poll_period", config.edge_poll_period, Nanoseconds{1});
     s.integer("poll_limit", config.poll_limit, 1, std::numeric_limits<std::uint32_t>::max());
     s.duration("poll_cost", config.poll_cost, Nanoseconds{1});

@@ -96,6 +96,7 @@ std::string read_config(const Options& options, board::linux::LinuxConfig& confi
 }  // namespace
 
 int main(int argc, char** argv) {
+    apps::keep_standard_descriptors();
     Options options;
     apps::CommandLine line{
         "This sketch on this computer, in real time, until Ctrl-C.",

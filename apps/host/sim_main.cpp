@@ -22,6 +22,7 @@
 #include "apps/host/code_place.h"
 #include "apps/host/crash_report.h"
 #include "apps/host/plan_picture.h"
+#include "apps/host/prompt_stop.h"
 #include "apps/host/schedule_trace.h"
 #include "apps/host/sketch_main.h"
 #include "apps/host/sketch_report.h"
@@ -89,8 +90,17 @@ bool run_paced(board::sim::SimBoard& board, const Options& options,
 
 // ---- the last resort: code outside of the sketch that does not come back ------------------------
 
-/// Seconds from Ctrl-C to a forced end.
-constexpr unsigned kPatienceSeconds = 20;
+/// What has not ended after a virtual second, or after this, is hung.
+constexpr auto kEndsWithin = std::chrono::milliseconds{400};
+
+/// Runs the loops to their end. A stop interrupts them again and again (prompt_stop.h).
+void run_to_the_end(board::sim::SimBoard& board, Runtime& runtime) {
+    const auto limit = std::chrono::steady_clock::now() + kEndsWithin;
+    const Instant end = board.now() + 1s;
+    do {
+        runtime.run(end);
+    } while (!board.stopped() && board.now() < end && std::chrono::steady_clock::now() < limit);
+}
 
 /// Says where the code is, and ends the program without its reports. In a signal's handler: if the
 /// code was in the memory allocator, this waits for ever, and the alarm ends it.
@@ -103,7 +113,7 @@ constexpr unsigned kPatienceSeconds = 20;
     ::_exit(1);
 }
 
-void give_up_after_stop(int) {
+void give_up_after_stop() {
     constexpr char kText[] = "Verdict: the sketch waits outside of virtual time: ended by force.\n";
     static_cast<void>(!::write(STDERR_FILENO, kText, sizeof kText - 1));
     ::_exit(1);
@@ -259,6 +269,8 @@ int run(const Options& options) {
         if (const Result<void> kept = records.pins.keep_dump(); !kept) return fail(kept.error());
     }
     board::sim::SimBoard board(options.computer, records.pins, &sinks);
+    apps::stop_on_signals();
+    apps::PromptStop stop(board.event_loop(), give_up_after_stop);
     apps::SketchCourse course;
     course.refused = apps::verdict(options.name + " is REFUSED: no loop of it ran.");
     course.runtime.enforce_admission = options.enforce_admission;
@@ -281,17 +293,15 @@ int run(const Options& options) {
     course.stop = [&](Runtime& runtime) {
         records.pins.end(board.now());
         board.request_stop();
-        runtime.run(board.now() + 1s);  // what has not ended by then is hung
+        run_to_the_end(board, runtime);
         if (!board.stopped()) board.force_safe_states();
-        ::alarm(0);  // nothing of the sketch runs any more
+        stop.dismiss();
     };
     course.report = [&](const auto& loops) {
         if (const int status = report_parts(parts, board.now())) return status;
         return in_setup < Nanoseconds{0} ? report_end(options, board, loops, records)
                                          : report_setup(options, board, in_setup, records);
     };
-    std::signal(SIGALRM, give_up_after_stop);
-    apps::stop_on_signals(kPatienceSeconds);
     const board::sim::EndlessJumps jumps(board.event_loop(), give_up_at);
     const CrashWords crashes(board);
     return apps::run_sketch(board, options, course);
@@ -452,6 +462,7 @@ void add_options(apps::CommandLine& line, Options& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
+    apps::keep_standard_descriptors();
     Options options;
     apps::CommandLine line{"This sketch, in the simulator: virtual time, the same every time.",
                            "Example: blink-sim --for 5 --trace blink.json    (open it in ui.perfetto.dev)\n"

@@ -1,5 +1,7 @@
 #include "apps/host/sketch_main.h"
 
+#include <poll.h>
+#include <stdio_ext.h>
 #include <unistd.h>
 
 #include <cstdio>
@@ -26,8 +28,10 @@ struct Task;
 [[gnu::weak]] Task* make_task(void (*function)(void*), const char* name, std::uint32_t stack_depth,
                               void* parameters, std::uint8_t priority);
 }  // namespace freertos
-[[gnu::weak]] void settle_console();
+[[gnu::weak]] void settle_console(int ms);
 [[gnu::weak]] void hold_console(bool held);
+[[gnu::weak]] const char* console_lost();
+[[gnu::weak]] std::string serial_waits();
 }  // namespace qduino::arduino
 
 namespace qduino::apps {
@@ -39,6 +43,24 @@ constexpr Fail fail{""};
 /// it goes on.
 void hold_sketch_output(bool held) {
     if (&arduino::hold_console != nullptr) arduino::hold_console(held);
+}
+
+/// How long the end waits for somebody who does not read, and when it was asked for.
+constexpr int kSettle_ms = 1000, kSettleAtOnce_ms = 250;
+
+/// Nobody reads what stdout still has: writing it would wait for ever.
+bool stdout_is_stuck() {
+    pollfd look{STDOUT_FILENO, POLLOUT, 0};
+    return ::poll(&look, 1, 0) == 0;
+}
+
+/// Says so when the sketch's words did not reach standard output. A reader that has gone (head, a
+/// pager) lost nothing that he wanted.
+bool all_was_written() {
+    const char* why = &arduino::console_lost != nullptr ? arduino::console_lost() : nullptr;
+    if (!why && std::ferror(stdout) != 0) why = "it could not be written";
+    if (why) fail(text<std::string>("what the sketch wrote to standard output is lost: ", why));
+    return why == nullptr;
 }
 
 /// How setup() is called, and whether it has ended.
@@ -128,9 +150,13 @@ int run_sketch(board::Board& board, const SketchOptions& options, const SketchCo
     if (const std::string handlers = handlers_kept(guarantee); !handlers.empty())
         report_beside_sketch(handlers);
     if (const std::string notes = sleep_notes(runtime); !notes.empty()) report_beside_sketch(notes);
+    if (&arduino::serial_waits != nullptr) {
+        if (const std::string notes = arduino::serial_waits(); !notes.empty()) report_beside_sketch(notes);
+    }
+    const bool written = all_was_written();
     const int status = course.report(loops_of(runtime));
     const bool profiled = profile_to(options, runtime, board.now());
-    const int outcome = reported && profiled ? status : 1;
+    const int outcome = reported && profiled && written ? status : 1;
     if (course.leave) course.leave(outcome);
     return outcome;
 }
@@ -141,7 +167,9 @@ bool setup_may_declare() {
 }
 
 void settle_sketch_output() {
-    if (&arduino::settle_console != nullptr) arduino::settle_console();
+    if (&arduino::settle_console != nullptr)
+        arduino::settle_console(stop_asked() ? kSettleAtOnce_ms : kSettle_ms);
+    if (stop_asked() && stdout_is_stuck()) ::__fpurge(stdout);
     std::fflush(stdout);
 }
 

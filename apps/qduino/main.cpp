@@ -6,6 +6,7 @@
 
 #include "apps/command_line/parser.h"
 #include "apps/qduino/arguments.h"
+#include "apps/terminal/program.h"
 
 namespace {
 
@@ -18,6 +19,7 @@ bool is_unknown_command(const CLI::App& parser, const char* word) {
 }  // namespace
 
 int main(int argc, char** argv) {
+    qduino::apps::keep_standard_descriptors();
     qduino::apps::Arguments arguments;
     const auto parser = qduino::apps::make_parser(arguments);
     if (argc <= 1) {

@@ -20,10 +20,16 @@ struct Fail {
 };
 
 /// From here on SIGINT and SIGTERM only set what stop_asked() reads. They interrupt a wait in the
-/// kernel. With a `patience`, SIGALRM comes so many seconds later; alarm(0) calls it off.
-void stop_on_signals(unsigned patience_s = 0);
+/// kernel.
+void stop_on_signals();
 /// A signal has come. Any thread.
 [[nodiscard]] bool stop_asked();
+/// As if one had come. Any thread.
+void ask_to_stop();
+
+/// Makes descriptors 0 to 2 exist. One that was closed would be the next file that is opened, and a
+/// sketch's words would go into it; now to use it is an error. First in main().
+void keep_standard_descriptors();
 
 /// Blocks `signals`. Returns a signalfd(2), from which they are read instead; −1: there is none.
 [[nodiscard]] int block_and_watch(std::initializer_list<int> signals);

@@ -41,6 +41,9 @@ class SerialPort {
     /// True: holds back what is written; false: lets it leave again. Does nothing where that makes
     /// no sense.
     virtual void hold_output(bool held) { static_cast<void>(held); }
+    /// Why bytes that were written did not leave, and never will; null: none was lost. A reader
+    /// that has gone is no loss. When no loop runs.
+    [[nodiscard]] virtual const char* lost() const { return nullptr; }
 };
 
 /// The port of Serial `number`: 0 is the console. A program is linked with the one of its system:

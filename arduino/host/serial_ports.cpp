@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstdio>
+#include <cstring>
 #include <system_error>
 #include <utility>
 
@@ -110,6 +111,11 @@ void DescriptorPort::hold_output(bool held) {
     if (carrier_.joinable()) sem_post(&wake_);
 }
 
+const char* DescriptorPort::lost() const {
+    const int error = lost_by_;
+    return error == 0 ? nullptr : ::strerrordesc_np(error);
+}
+
 void DescriptorPort::carry() {
     // All signals are the sketch's. A broken pipe comes back as an error of write(2).
     sigset_t signals;
@@ -140,7 +146,10 @@ bool DescriptorPort::carry_bytes(std::span<const std::uint8_t> bytes) {
             continue;
         }
         const ssize_t count = ::write(write_descriptor_, bytes.data(), bytes.size());
-        if (count < 0 && errno != EINTR && errno != EAGAIN) return false;
+        if (count < 0 && errno != EINTR && errno != EAGAIN) {
+            if (errno != EPIPE) lost_by_ = errno;
+            return false;
+        }
         if (count > 0) bytes = bytes.subspan(static_cast<std::size_t>(count));
     }
     return true;

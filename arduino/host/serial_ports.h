@@ -46,6 +46,7 @@ class DescriptorPort : public SerialPort {
     void flush() override;
     void flush_for(int ms) override;
     void hold_output(bool held) override;
+    [[nodiscard]] const char* lost() const override;
 
   protected:
     using Ring = channel::RingBuffer<std::uint8_t, 65536>;
@@ -68,6 +69,7 @@ class DescriptorPort : public SerialPort {
     std::size_t input_end_ = 0;
     std::unique_ptr<Ring> ring_ = std::make_unique<Ring>();
     std::atomic<std::uint64_t> carried_{0};
+    std::atomic<int> lost_by_{0};  // the system's error
     std::atomic<bool> stopping_{false};
     std::atomic<bool> held_{false};
     sem_t wake_{};

@@ -1,8 +1,8 @@
 // A simulated computer: cores, costs, interrupt sources, faults. Plain data; an app fills it in.
 //
-// Everything that takes time is set here, and nothing does by default. On the default computer only
-// busy_until() consumes CPU time, so a schedule can be worked out by hand and compared to the
-// nanosecond.
+// Everything that takes time is set here, and by default nothing does but a byte on Serial. On the
+// default computer only busy_until() consumes CPU time, so a schedule can be worked out by hand and
+// compared to the nanosecond.
 #pragma once
 
 #include <array>
@@ -104,6 +104,9 @@ struct SimConfig {
     std::vector<LoopFault> loop_faults{};
     std::vector<StuckPin> stuck_pins{};
     std::vector<SilentChip> silent_chips{};
+
+    /// A byte on Serial takes its time at the baud rate, and a writer waits for room.
+    bool serial_at_baud = true;
 
     /// How often inputs with an attached handler are looked at when the peripherals do not report
     /// edges; a shorter pulse may be missed.

@@ -178,12 +178,13 @@ bool EventLoop::run_setup(void (*setup)(), Instant until) {
     const Counting counting(spins_);
     const auto call = [](void* function) { reinterpret_cast<void (*)()>(function)(); };
     if (!setup_) setup_ = std::make_unique<Fiber>(call, reinterpret_cast<void*>(setup), kSetupStack);
+    leaving_ = false;
     horizon_ = until;
     setup_->resume();
     horizon_ = kForever;
     if (setup_->finished())
         setup_.reset();
-    else
+    else if (!leaving_)
         now_ = std::max(now_, until);
     return !setup_;
 }
@@ -192,7 +193,8 @@ void EventLoop::run(Instant until) {
     QDUINO_EXPECT(started_ && current_ == nullptr);
     const Counting counting(spins_);
     until_ = until;
-    while (!stopped_ && now_ < until) {
+    leaving_ = false;
+    while (!stopped_ && now_ < until && !leaving_) {
         if (next_due() <= now_) {
             process_due();
         } else if (SimCore* core = cpus_.ready_core()) {
@@ -204,7 +206,7 @@ void EventLoop::run(Instant until) {
         }
         if (cpus_.all_finished()) end();
     }
-    if (!stopped_ && until != kForever) now_ = std::max(now_, until);
+    if (!stopped_ && until != kForever && !leaving_) now_ = std::max(now_, until);
     horizon_ = stopped_ ? kForever : now_;
     sleep_is_local_ = true;
 }
@@ -249,6 +251,7 @@ void EventLoop::execute(SimCore& core) {
     Vcpu& vcpu = *core.running();
     horizon_ = std::min({until_, core.disturbed_at(), interrupts_.next(), pins_.next_due(now_),
                          cpus_.others_due(core, now_)});
+    if (leaving_) horizon_ = now_;
     sleep_is_local_ = vcpu.spec.owns_core && !vcpu.has_fault;
     current_ = &vcpu;
     tally_ = &core.tally();

@@ -105,6 +105,13 @@ class EventLoop {
     [[nodiscard]] bool run_setup(void (*setup)(), Instant until);
     /// setup() was begun, and has not ended.
     [[nodiscard]] bool in_setup() const { return setup_ != nullptr; }
+    /// The code that runs leaves at its next call; run() or run_setup() returns then, and virtual
+    /// time stays where it is. In a handler of a signal, on their thread; again and again, until
+    /// they have.
+    void leave_soon() {
+        leaving_ = true;
+        horizon_ = now_;
+    }
     void request_stop() { stop_requested_ = true; }
     [[nodiscard]] bool stop_requested() const { return stop_requested_; }
     [[nodiscard]] bool stopped() const { return stopped_; }
@@ -175,6 +182,7 @@ class EventLoop {
     bool stop_requested_ = false;
     bool stopped_ = false;
     bool started_ = false;
+    volatile bool leaving_ = false;
     std::uint32_t polls_ = 0;       // of the time or of a pin at one instant
     std::uint32_t free_polls_ = 0;  // so many of them cost nothing
     CoreTally* tally_ = &host_;     // of the core whose code runs

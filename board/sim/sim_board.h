@@ -40,6 +40,7 @@ class SimBoard final : public SimPins {
     void busy_until(Instant t) override { loop_.busy_until(t); }
     void busy_for(Nanoseconds length) override { loop_.busy_until(loop_.now() + length); }
     void sleep_until(Instant t) override { loop_.sleep_until(t); }
+    [[nodiscard]] bool serial_takes_time() const override { return config_.serial_at_baud; }
     /// Consumes `amount` of the calling VCPU's CPU time: unlike busy_until, not until an instant,
     /// so that time taken by others does not count. For tests and models of load.
     void compute(Nanoseconds amount) { loop_.compute(amount); }

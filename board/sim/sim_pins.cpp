@@ -163,7 +163,10 @@ Result<void> SimPins::attach_edge(PinId pin, Edge edge, EdgeHandler handler, voi
     const Level level = state.output ? state.level : peripherals_.pin_level(loop_.now(), pin);
     watches_[pin.number] = {.edge = edge, .handler = handler, .context = context, .io = io, .last = level};
     state.watched = true;
-    if (!edges_are_reported_ && next_poll_ == kForever) next_poll_ = loop_.now() + config_.edge_poll_period;
+    if (!edges_are_reported_ && next_poll_ == kForever) {
+        next_poll_ = loop_.now() + config_.edge_poll_period;
+        if (loop_.started()) loop_.look_up_at(next_poll_);
+    }
     return {};
 }
 
