@@ -30,11 +30,6 @@ constexpr std::uint64_t with_bit(std::uint64_t cores, int core, bool there) {
     return there ? cores | bit : cores & ~bit;
 }
 
-Error too_late(const char* call) {
-    return make_error(ErrorCode::not_permitted, call,
-                      ": only in setup(), before the loops are admitted and run");
-}
-
 }  // namespace
 
 constinit Runtime* Runtime::current_ = nullptr;
@@ -315,10 +310,10 @@ Result<void> Runtime::change_io(board::DeviceClass device, sched::VcpuParameters
 
 Result<void> Runtime::attach_interrupt(board::PinId pin, board::Edge edge, void (*handler)(),
                                        Nanoseconds budget, Nanoseconds period, int core) {
-    if (begun_) return too_late("attachInterrupt");
     if (pin.number >= board::kPinCount || !handler) {
         return make_error(ErrorCode::invalid_argument, "attachInterrupt: no such pin, or no handler");
     }
+    if (begun_) return attach_again(pin, edge, handler, budget);
     board::VcpuId io = gpio_io_;
     if (budget > Nanoseconds{0}) {
         QDUINO_TRY_ASSIGN(io, plan_.add_io(budget, period, core));
@@ -333,6 +328,21 @@ Result<void> Runtime::attach_interrupt(board::PinId pin, board::Edge edge, void 
         .profile = options_.profile ? std::make_unique<ExecutionProfile>(period) : nullptr,
         .chains = {}};
     return board_.attach_edge(pin, edge, &Runtime::run_handler, &handlers_[pin.number], io);
+}
+
+/// Admission knows this handler, on its I/O VCPU: it may go and come. An I/O VCPU keeps its budget,
+/// however many edges come.
+Result<void> Runtime::attach_again(board::PinId pin, board::Edge edge, void (*handler)(),
+                                   Nanoseconds budget) {
+    Handler& known = handlers_[pin.number];
+    const bool own = known.io != gpio_io_;
+    if (known.function != handler || own != (budget > Nanoseconds{0})) {
+        return make_error(ErrorCode::not_permitted,
+                          "attachInterrupt: while the loops run a pin takes back the handler that setup() "
+                          "attached to it, and no other; attach it there, and detachInterrupt() it until "
+                          "it is wanted");
+    }
+    return board_.attach_edge(pin, edge, &Runtime::run_handler, &known, known.io);
 }
 
 Result<void> Runtime::core_timer(int core, bool enabled) {

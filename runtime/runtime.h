@@ -107,8 +107,9 @@ class Runtime {
     /// then, not_found when setup() declared none under this name, not_permitted for another core,
     /// unavailable while another loop makes a change; nothing is changed then.
     Result<void> interrupts_vcpu(board::DeviceClass device, Nanoseconds budget, Nanoseconds period, int core);
-    /// Setup-time. `handler` runs on an I/O VCPU of its own, or, with a zero budget, on that of the
-    /// GPIO class.
+    /// `handler` runs on an I/O VCPU of its own, or, with a zero budget, on that of the GPIO class.
+    /// Setup-time; later for a handler that setup() has attached to this pin: it may be detached
+    /// and come back, at other edges as well. Error: not_permitted for any other then.
     Result<void> attach_interrupt(board::PinId pin, board::Edge edge, void (*handler)(), Nanoseconds budget,
                                   Nanoseconds period, int core);
     /// Error: not_permitted when no loop owns the core; out_of_range when the loops that run would
@@ -135,6 +136,7 @@ class Runtime {
     Loop& loop_at(board::VcpuId id);
     [[nodiscard]] Loop* current_loop();
     Result<void> start_loops();
+    Result<void> attach_again(board::PinId pin, board::Edge edge, void (*handler)(), Nanoseconds budget);
     void add_chain(Chain chain);
     void watch_chains();
     void chains_begin(const Loop& loop, Instant now);

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "arduino/core/releases.h"
 #include "board/board.h"
 
 namespace qduino::arduino {
@@ -24,7 +23,7 @@ void PeriodicCall::stop() { ask({}); }
 void PeriodicCall::serve() {
     board::Board& board = board::current();
     const Instant end = board.now() + kTimerPeriod;
-    while (!board.stop_requested()) {
+    while (!board.stop_requested() && board.now() < end) {
         const Wish wish = wishes_.read();
         if (wish.order != served_) {
             served_ = wish.order;
@@ -33,7 +32,7 @@ void PeriodicCall::serve() {
         }
         const Instant now = board.now();
         const std::int64_t left = calls_left();
-        if (wish.period.count() == 0 || left == 0 || now >= end) return waitForNextPeriod();
+        if (wish.period.count() == 0 || left == 0) return board.sleep_until(end);
         if (now >= due_) {
             due_ += wish.period * (1 + (now - due_) / wish.period);
             if (left != kNoEnd) calls_left_.store(left - 1, std::memory_order_relaxed);

@@ -59,7 +59,8 @@ class PeriodicCall {
     /// Calls that are still to come, or kNoEnd.
     [[nodiscard]] std::int64_t calls_left() const { return calls_left_.load(std::memory_order_relaxed); }
 
-    /// The loop's body: calls what is due, and returns at the end of its release.
+    /// The loop's body: calls what is due, for a period. It waits for no period of its own, and has
+    /// none to keep: its budget bounds it.
     void serve();
 
   private:

@@ -17,7 +17,6 @@
 #include "arduino/core/digital_io.h"
 #include "arduino/core/lock.h"
 #include "arduino/core/loops.h"
-#include "arduino/core/releases.h"
 #include "arduino/core/timing.h"
 #include "board/board.h"
 #include "channel/four_slot.h"
@@ -100,8 +99,11 @@ class Player {
 
 Player player QDUINO_BEFORE_SKETCH;
 
+/// It waits for no period of its own: a tone's edges come when they come, and its budget bounds it.
+/// Whether it "kept its periods" would be nothing that a sketch asked for.
 void tone_loop() {
-    if (!player.play_until(qduino::kForever)) waitForNextPeriod();
+    const Instant next = board::current().now() + kTonePeriod;
+    if (!player.play_until(next)) board::current().sleep_until(next);
 }
 
 /// Before the loops run there is no tone loop: setup() plays while it waits in delay().

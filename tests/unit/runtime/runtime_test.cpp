@@ -430,15 +430,50 @@ TEST_F(RuntimeTest, HeldInterruptsRunWhenTheyAreLetGo) {
     EXPECT_EQ(edges_at, (std::vector<int>{0, 3}));
 }
 
-TEST_F(RuntimeTest, HandlersAreAttachedInSetupAlone) {
+TEST_F(RuntimeTest, WhileLoopsRunAPinTakesBackItsOwnHandlerAndNoOther) {
+    static constexpr Nanoseconds kNone{0};
+    const auto attach = [&](std::uint16_t pin, Edge edge, void (*handler)(), Nanoseconds budget) {
+        return runtime_->attach_interrupt(PinId{pin}, edge, handler, budget, budget * 10, kAnyCore);
+    };
+    const auto pulse = [&](std::uint16_t pin) {
+        board_->pin_write(PinId{pin}, Level::high);
+        busy(1ms);
+        board_->pin_write(PinId{pin}, Level::low);
+        wait();
+        return std::exchange(edges_, 0);
+    };
+    std::vector<int> seen;
+    setup([&] {
+        for (const std::uint16_t pin : {1, 2}) EXPECT_TRUE(board_->pin_mode(PinId{pin}, PinMode::output));
+        EXPECT_TRUE(attach(1, Edge::rising, &count_edge, kNone));
+        EXPECT_TRUE(attach(2, Edge::rising, &count_edge, 1ms));
+        board_->detach_edge(PinId{2});
+    });
     loop(1, 10ms, 100ms, 0, [&] {
-        EXPECT_EQ(runtime_->attach_interrupt(PinId{1}, Edge::both, &count_edge, 1ms, 10ms, 0).error().code,
-                  ErrorCode::not_permitted);
+        seen.push_back(pulse(1));
+        board_->detach_edge(PinId{1});
+        seen.push_back(pulse(1));
+        EXPECT_TRUE(attach(1, Edge::rising, &count_edge, kNone));
+        seen.push_back(pulse(1));
+        EXPECT_TRUE(attach(1, Edge::both, &count_edge, kNone)) << "at other edges";
+        seen.push_back(pulse(1));
+        EXPECT_TRUE(attach(2, Edge::rising, &count_edge, 1ms)) << "on its own I/O VCPU";
+        seen.push_back(pulse(2));
+        const auto refused = [&](const Result<void>& answer) {
+            return !answer && answer.error().code == ErrorCode::not_permitted;
+        };
+        EXPECT_TRUE(refused(attach(
+            1, Edge::both, [] {}, kNone)))
+            << "another handler";
+        EXPECT_TRUE(refused(attach(3, Edge::both, &count_edge, kNone))) << "another pin";
+        EXPECT_TRUE(refused(attach(1, Edge::both, &count_edge, 1ms))) << "another I/O VCPU";
+        EXPECT_TRUE(refused(attach(2, Edge::both, &count_edge, kNone)));
         board_->request_stop();
     });
     ASSERT_TRUE(begin());
     run(1s);
     EXPECT_TRUE(board_->stopped());
+    EXPECT_EQ(seen, (std::vector<int>{1, 0, 1, 2, 1}));
 }
 
 TEST_F(RuntimeTest, DeclaredTwiceInSetupTheLastCounts) {
