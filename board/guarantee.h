@@ -69,8 +69,10 @@ enum class DelayCause : std::uint8_t {
     work,        ///< it waited for budget, as it had spent its own
     unseen,      ///< nothing of all this: it slept, waited, or was interrupted shortly
     untold,      ///< its budget's account is not known
+    stopped,     ///< the whole program stood still
+    quota,       ///< a quota of its control group
 };
-inline constexpr std::size_t kDelayCauses = 7;
+inline constexpr std::size_t kDelayCauses = 9;
 
 /// The worst that came to a loop, and what else took its core at that time; at the end of a run.
 struct DelayGuarantee {
@@ -91,6 +93,10 @@ struct DelayGuarantee {
     FixedString<40> most{};        ///< most of them were these
     std::int64_t throttled = -1;   ///< how often its budget was spent
     Nanoseconds beyond{};          ///< what was charged to it after its end, before it could stop
+    /// The program stood still: it was stopped (SIGSTOP, Ctrl-Z) or frozen (a freezer of control
+    /// groups), or the whole computer was.
+    Nanoseconds stopped{};
+    Nanoseconds quota{};  ///< quotas kept ordinary tasks of its control group waiting
 
     /// Its releases that ended late, of the whole run, by the cause in the second of each.
     std::array<std::int64_t, kDelayCauses> late{};
@@ -99,9 +105,11 @@ struct DelayGuarantee {
 /// What took at least half of `delay.worst`.
 [[nodiscard]] constexpr DelayCause cause_of(const DelayGuarantee& delay) {
     const Nanoseconds half = std::max(delay.worst / 2, Nanoseconds{1});
+    if (delay.quota >= half) return DelayCause::quota;
     if (delay.tasks >= half) return DelayCause::tasks;
     if (delay.host >= half) return DelayCause::host;
     if (delay.interrupted >= half) return DelayCause::interrupts;
+    if (delay.stopped >= half) return DelayCause::stopped;
     if (delay.owns_core) return DelayCause::unseen;
     if (delay.throttled < 0) return DelayCause::untold;
     if (delay.throttled == 0) return DelayCause::unseen;

@@ -43,6 +43,7 @@ struct PlatformOverheads {
     /// these leave less; 0: nothing.
     Nanoseconds kept_budget{};
     Nanoseconds kept_period{};
+    FixedString<23> kept_by{"what the kernel keeps"};
     /// What ordinary programs of this core have been promised below all loops; budget 0: nothing.
     /// It never refuses a loop. Servers are chosen so that it keeps its place (admission.h).
     VcpuParameters below{};
@@ -60,7 +61,7 @@ struct PlatformOverheads {
     void add(const PlatformInterferer& interferer);
     /// What is kept, as an interferer: in one piece, and two pieces can meet.
     [[nodiscard]] PlatformInterferer kept() const {
-        return {"what the kernel keeps", kept_budget, kept_period, kept_period - kept_budget};
+        return {kept_by, kept_budget, kept_period, kept_period - kept_budget};
     }
     /// What all interferers together take in a window.
     [[nodiscard]] Nanoseconds interference(Nanoseconds window) const;

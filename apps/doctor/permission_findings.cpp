@@ -8,6 +8,8 @@
 #include <array>
 
 #include "apps/doctor/finding.h"
+#include "base/text.h"
+#include "board/linux/control_groups.h"
 
 namespace qduino::apps::doctor {
 namespace {
@@ -26,6 +28,32 @@ Finding real_time_priority(const Facts& facts) {
     const std::string found = "RLIMIT_RTPRIO is " + std::to_string(*limit);
     if (*limit < 0 || *limit >= kHighestPriority) return ok(found);
     return {*limit > 0 ? State::better : State::missing, found, limits_fix("rtprio 90")};
+}
+
+/// The share of the group that this process is in; not of the one that a service will be in.
+Finding real_time_share(const Facts& facts) {
+    const auto group = board::linux::real_time_group(facts.at(""));
+    if (!group) return ok("no control group limits them");
+    const std::string fix = "echo 950000 | sudo tee " + group->file;
+    if (group->runtime == Nanoseconds{0})
+        return missing("cpu.rt_runtime_us is 0: this control group takes no real-time task",
+                       fix + "   (each group above it needs as much; docker run --cpu-rt-runtime=950000)");
+    const auto found = text<std::string>(group->runtime, " in ", group->period, " on each core");
+    // What the kernel leaves to the whole computer by default.
+    constexpr double kUsual = 0.95;
+    if (to_seconds(group->runtime) >= kUsual * to_seconds(group->period)) return ok(found);
+    return better(found + ": admission counts no more", fix);
+}
+
+/// Microseconds of CPU time without a wait, after which the kernel kills a real-time task.
+Finding real_time_limit(const Facts& facts) {
+    const auto limit = facts.limit("Max realtime timeout");
+    if (!limit) return ok("not seen: not judged");
+    if (*limit < 0) return ok("RLIMIT_RTTIME is unlimited");
+    const auto found = text<std::string>("RLIMIT_RTTIME is ", *limit / 1000, " ms");
+    if (facts.capable(CAP_SYS_RESOURCE)) return ok(found + ", and the board may lift it");
+    return better(found + ": no loop may own a core",
+                  "sudo prlimit --pid $$ --rttime=unlimited   (of a service: LimitRTTIME=infinity)");
 }
 
 Finding locked_memory(const Facts& facts) {
@@ -87,6 +115,9 @@ Finding spi(const Facts& facts) {
 
 constexpr std::array kPermissionChecks{
     Check{"rt_priority", "without SCHED_FIFO every other program may run before a loop", real_time_priority},
+    Check{"rt_group", "a control group may leave real-time tasks a part of each core, or nothing",
+          real_time_share},
+    Check{"rt_limit", "a loop that owns a core computes without a wait", real_time_limit},
     Check{"locked_memory", "a page that was not locked costs a loop a fault", locked_memory},
     Check{"isolation_rights", "setting a core apart changes cpusets, interrupts and throttling",
           isolation_rights},

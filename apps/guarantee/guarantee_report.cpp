@@ -45,8 +45,8 @@ Json json_of(const board::BottomHalfGuarantee& half) {
             {"replenishment_us", measured(half.replenishment)}};
 }
 
-constexpr Words<board::DelayCause::tasks, board::DelayCause::untold> kCauseNames{
-    "tasks", "host", "interrupts", "charged", "work", "unseen", "untold"};
+constexpr Words<board::DelayCause::tasks, board::DelayCause::quota> kCauseNames{
+    "tasks", "host", "interrupts", "charged", "work", "unseen", "untold", "stopped", "quota"};
 
 Json json_of(const board::DelayGuarantee& delay) {
     Json json{{"id", delay.id},
@@ -60,7 +60,9 @@ Json json_of(const board::DelayGuarantee& delay) {
               {"interrupts", delay.interrupts < 0 ? Json(nullptr) : Json(delay.interrupts)},
               {"most", delay.most.view()},
               {"throttled", delay.throttled < 0 ? Json(nullptr) : Json(delay.throttled)},
-              {"beyond_us", microseconds(delay.beyond)}};
+              {"beyond_us", microseconds(delay.beyond)},
+              {"stopped_us", microseconds(delay.stopped)},
+              {"quota_us", microseconds(delay.quota)}};
     json["cause"] = kCauseNames(cause_of(delay));
     for (std::size_t i = 0; i < delay.late.size(); ++i)
         json[text<std::string>("late_", kCauseNames(static_cast<board::DelayCause>(i)))] = delay.late[i];

@@ -36,10 +36,10 @@ std::string delays_explained(const board::GuaranteeReport& report);
 /// "note"}…],"bottom_halves":[{"id","core","timed","untimed","begin_p50_us","begin_p999_us",
 /// "begin_worst_us","end_worst_us","response_us","replenishment_us"}…],"delays":[{"id","core",
 /// "worst_us","at_s","window_s","host_us","tasks_us","interrupted_us","interrupts","most",
-/// "throttled","beyond_us","cause","late_tasks","late_host","late_interrupts","late_charged",
-/// "late_work","late_unseen","late_untold"}…],"trees":[tree_json()…]}; `counted…`: interrupts that
-/// admission counts; `late_…`: releases that ended late, by cause. A value that was not measured is
-/// null.
+/// "throttled","beyond_us","stopped_us","quota_us","cause","late_tasks","late_host",
+/// "late_interrupts","late_charged","late_work","late_unseen","late_untold","late_stopped",
+/// "late_quota"}…],"trees":[tree_json()…]}; `counted…`: interrupts that admission counts;
+/// `late_…`: releases that ended late, by cause. A value that was not measured is null.
 std::string guarantee_json(const board::GuaranteeReport& report);
 
 /// {"name","core","budget_us","period_us","admitted","response_us","enforced","shortfall"};

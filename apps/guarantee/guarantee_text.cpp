@@ -198,6 +198,11 @@ const char* culprit(const board::DelayGuarantee& delay) {
             return "it had spent its budget, and waited for the next";
         case board::DelayCause::untold:
             return "it was its own work, or it waited for its budget";
+        case board::DelayCause::stopped:
+            return "the whole program stood still: it was stopped (SIGSTOP, Ctrl-Z) or frozen, or its "
+                   "computer was";
+        case board::DelayCause::quota:
+            return "a quota of its control group (cpu.max, cpu.cfs_quota_us) kept it waiting";
         case board::DelayCause::unseen:
             break;
     }
@@ -207,14 +212,16 @@ const char* culprit(const board::DelayGuarantee& delay) {
 }
 
 /// The causes of all its late releases, as they are counted.
-constexpr Words<board::DelayCause::tasks, board::DelayCause::untold> kCauses{
+constexpr Words<board::DelayCause::tasks, board::DelayCause::quota> kCauses{
     "other tasks",
     "the host",
     "interrupts",
     "the host or an interrupt ran on its budget",
     "its own work",
     "nothing that the kernel counts",
-    "its own work or its budget"};
+    "its own work or its budget",
+    "the program stood still",
+    "a quota"};
 
 /// " 12 releases were late: 7 of them by the host, 5 by its own work."; nothing when none was
 /// counted.
@@ -243,6 +250,10 @@ std::string delay_line(const board::DelayGuarantee& delay) {
         write(line, ", interrupts for ", human_duration(delay.interrupted));
     if (delay.interrupts >= 0)
         write(line, ", and ", counted(delay.interrupts, "interrupt"), " came (most: ", delay.most, ')');
+    if (delay.stopped > Nanoseconds{0})
+        write(line, ", the program stood still for ", human_duration(delay.stopped));
+    if (delay.quota > Nanoseconds{0})
+        write(line, ", its quota kept it waiting for ", human_duration(delay.quota));
     if (delay.beyond > Nanoseconds{0})
         write(line, "; ", human_duration(delay.beyond), " of it on the budget of the loop");
     return wrapped(line + "." + late_ones(delay), "");

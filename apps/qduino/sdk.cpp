@@ -1,5 +1,7 @@
 #include "apps/qduino/sdk.h"
 
+#include <unistd.h>
+
 #include <nlohmann/json.hpp>
 #include <system_error>
 
@@ -26,6 +28,12 @@ std::vector<std::string> parts_of(std::string_view whole, std::string_view separ
 
 /// CMake's lists, joined with semicolons.
 std::vector<std::string> list_of(const std::string& text) { return parts_of(text, ";"); }
+
+/// The build's Python may be in another user's home, where this one cannot run it: then the one of
+/// that name on the PATH.
+std::string usable_python(const std::string& python) {
+    return ::access(python.c_str(), X_OK) == 0 ? python : fs::path{python}.filename().string();
+}
 
 std::string resolved(const fs::path& folder, const std::string& item) {
     return item.empty() || item.front() == '-' ? item : (folder / item).lexically_normal().string();
@@ -121,7 +129,7 @@ Result<Sdk> read_sdk(const fs::path& file) {
         for (const std::string& item : list_of(json.at("include")))
             sdk.include.push_back(resolved(folder, item));
         sdk.definitions = list_of(json.at("definitions"));
-        sdk.python = json.at("python");
+        sdk.python = usable_python(json.at("python"));
         sdk.ino_to_cpp = resolved(folder, json.at("ino_to_cpp"));
         sdk.unpack_zip = resolved(folder, json.at("unpack_zip"));
         sdk.as_arduino = resolved(folder, json.at("as_arduino"));

@@ -6,6 +6,7 @@
 //                     └────┘              └─┘            gaps
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <optional>
 #include <system_error>
@@ -15,6 +16,8 @@
 #include "board/linux/clock.h"
 #include "board/linux/core_times.h"
 #include "board/linux/fatal_signals.h"
+#include "board/linux/futex.h"
+#include "board/linux/real_time_thread.h"
 
 namespace qduino::board::linux {
 
@@ -43,17 +46,31 @@ std::optional<double> spin_and_count(int core, Nanoseconds duration, Look look) 
     return static_cast<double>(*after - *before) / to_seconds(spun);
 }
 
-/// Runs `work` in a thread of its own, which no signal stops, and waits for it. False: there is no
-/// thread to be had, and `work` has not run.
+/// How long a thread of run_apart() may take before it is taken off its core.
+inline constexpr Nanoseconds kApartAtMost = 5s;
+
+/// Runs `work` in a thread of its own, which no signal stops, and waits for it. Bounded: where a
+/// task of higher rank has the core that `work` goes to, it gets all cores after kApartAtMost, and
+/// ends on another. False then: it did not run where it should; and where no thread was to be had.
 template <typename Work>
 [[nodiscard]] bool run_apart(Work work) {
-    const StopSignalsBlocked for_the_thread;
+    std::atomic<std::uint32_t> ended{0};
+    std::thread thread;
     try {
-        std::thread{work}.join();
+        const StopSignalsBlocked for_the_thread;
+        thread = std::thread{[&] {
+            work();
+            ended = 1;
+            futex_wake_all(ended);
+        }};
     } catch (const std::system_error&) {
         return false;
     }
-    return true;
+    const bool in_time = wait_or_free([&ended] { return ended != 0; }, monotonic_now() + kApartAtMost,
+                                      [&ended](Instant until) { futex_wait_until(ended, 0, until); },
+                                      [&thread] { widen(thread.native_handle()); });
+    thread.join();
+    return in_time;
 }
 
 }  // namespace qduino::board::linux

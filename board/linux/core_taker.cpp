@@ -8,6 +8,7 @@
 #include <string>
 
 #include "board/linux/clock.h"
+#include "board/linux/control_groups.h"
 #include "board/linux/core_times.h"
 #include "board/linux/crew.h"
 #include "board/linux/device_interrupts.h"
@@ -25,6 +26,13 @@ constexpr int kLooksLater = 5;
 void join(FixedString<200>& text, std::string_view more) {
     if (more.empty()) return;
     write(text, text.empty() ? "" : "; ", more);
+}
+
+/// A look would take the pauses of its control group for interrupts.
+bool group_is_throttled(const std::string& root) {
+    constexpr double kUsual = 0.9;
+    const auto group = real_time_group(root);
+    return group && to_seconds(group->runtime) < kUsual * to_seconds(group->period);
 }
 
 /// The kernel never stops real-time threads to let ordinary ones run.
@@ -127,7 +135,7 @@ const Interference& CoreTaker::interference(int core) {
         refused = true;
     }
     memory = InterferenceMemory::read(core, config_.sysfs_root);
-    if (memory.size() == 0 || !neighbours(core).loops) {
+    if (!group_is_throttled(config_.sysfs_root) && (memory.size() == 0 || !neighbours(core).loops)) {
         const int count = memory.size() < kLooksAtFirst ? static_cast<int>(kLooksAtFirst) : kLooksLater;
         memory.add(look_for_interference(core, config_.priority_highest, count));
     }

@@ -18,6 +18,7 @@
 #include "base/whole_number.h"
 #include "board/linux/clock.h"
 #include "board/linux/closed_folder.h"
+#include "board/linux/control_groups.h"
 #include "board/linux/kernel_text.h"
 #include "board/linux/real_time_thread.h"
 
@@ -34,69 +35,6 @@ constexpr Nanoseconds kQuotaPeriodMax = 1s;
 
 constexpr std::string_view kHighestWeight = "10000";   // cpu.weight
 constexpr std::string_view kHighestShares = "262144";  // cpu.shares
-
-/// A mounted hierarchy, and this process's group in it.
-struct Hierarchy {
-    std::string top;    ///< folder of the mount
-    std::string group;  ///< path of the own group below `top`: "" or "/a/b"
-};
-
-bool has_word(std::string_view list, char separator, std::string_view word) {
-    while (!list.empty()) {
-        if (cut(list, separator) == word) return true;
-    }
-    return false;
-}
-
-/// The own group in the hierarchy with `controller`; in the unified one for an empty name. See
-/// cgroups(7), /proc/PID/cgroup.
-std::optional<std::string> own_group(std::string_view lines, std::string_view controller) {
-    while (!lines.empty()) {
-        std::string_view path = cut(lines, '\n');
-        static_cast<void>(cut(path, ':'));
-        const std::string_view controllers = cut(path, ':');
-        const bool fits = controller.empty() ? controllers.empty() : has_word(controllers, ',', controller);
-        if (fits) return std::string{path};
-    }
-    return std::nullopt;
-}
-
-/// The mount of a hierarchy: "36 35 0:31 ROOT TOP options - TYPE source SUPER"
-/// (proc_pid_mountinfo(5)).
-std::optional<Hierarchy> find_hierarchy(const std::string& root, std::string_view controller) {
-    const std::string groups = text_of_file(root + "/proc/self/cgroup");
-    const std::string mounts = text_of_file(root + "/proc/self/mountinfo");
-    const std::optional<std::string> own = own_group(groups, controller);
-    if (!own) return std::nullopt;
-    for (std::string_view rest = mounts; !rest.empty();) {
-        const std::string_view line = cut(rest, '\n');
-        const std::size_t dash = line.find(" - ");
-        const auto before = words(line.substr(0, dash));
-        const auto behind =
-            dash == std::string_view::npos ? std::vector<std::string_view>{} : words(line.substr(dash + 3));
-        if (before.size() < 5 || behind.size() < 3) continue;
-        const bool fits = controller.empty() ? behind[0] == "cgroup2"
-                                             : behind[0] == "cgroup" && has_word(behind[2], ',', controller);
-        if (!fits) continue;
-        // The mount may show a part of the hierarchy alone, as in a container.
-        const std::string_view shown = before[3] == "/" ? std::string_view{} : before[3];
-        Hierarchy found{.top = root + std::string{before[4]}, .group = {}};
-        if (own->starts_with(shown) && *own != "/") found.group = own->substr(shown.size());
-        return found;
-    }
-    return std::nullopt;
-}
-
-/// The groups from the top down to the own one.
-std::vector<std::string> line_of(const Hierarchy& hierarchy) {
-    std::vector<std::string> line{hierarchy.top};
-    std::string_view rest = hierarchy.group;
-    while (!rest.empty()) {
-        const std::string_view part = cut(rest, '/');
-        if (!part.empty() && part != "..") line.push_back(line.back() + "/" + std::string{part});
-    }
-    return line;
-}
 
 /// A process can be put into a new group of `parent`.
 bool takes_groups(const std::string& parent) {
@@ -144,15 +82,6 @@ std::optional<CpuGroupPlace> place_v1(const std::string& root) {
 
 Result<void> put(const std::string& folder, const char* file, std::string_view value) {
     return posix::write_small_file(folder + "/" + file, value);
-}
-
-/// The number behind `key` in the lines of a file; 0 when there is none.
-std::int64_t value_of(std::string_view lines, std::string_view key) {
-    while (!lines.empty()) {
-        std::string_view value = cut(lines, '\n');
-        if (cut(value, ' ') == key) return whole_number<std::int64_t>(value).value_or(0);
-    }
-    return 0;
 }
 
 std::string microseconds_of(Nanoseconds duration) { return text<std::string>(duration / 1us); }

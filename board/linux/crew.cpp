@@ -7,6 +7,7 @@
 
 #include "board/linux/cycle_clock.h"
 #include "board/linux/futex.h"
+#include "board/linux/real_time_thread.h"
 
 namespace qduino::board::linux {
 
@@ -76,10 +77,36 @@ Result<void> Crew::add(const VcpuSpec& spec, VcpuThreadOptions options) {
     return made;
 }
 
-void Crew::wait_until_ready() {
+std::optional<VcpuSpec> Crew::wait_until_ready(Nanoseconds patience) {
+    constexpr Nanoseconds kLookEvery = 50ms, kAfterStop = 1s;
+    Instant until = monotonic_now() + patience;
+    bool stopping = false;
     for (std::uint32_t ready = 0; (ready = gate_.ready.load()) < threads_.size();) {
-        futex_wait_until(gate_.ready, ready, kForever);
+        const Instant now = monotonic_now();
+        if (!stopping && stop_.load(std::memory_order_acquire)) {
+            stopping = true;
+            until = std::min(until, now + kAfterStop);
+        }
+        if (now >= until) break;
+        futex_wait_until(gate_.ready, ready, std::min(until, now + kLookEvery));
     }
+    const auto missing =
+        std::ranges::find_if(threads_, [](const auto& thread) { return !thread->at_gate(); });
+    if (missing == threads_.end()) return std::nullopt;
+    const VcpuSpec spec = (*missing)->spec();
+    send_home();
+    return spec;
+}
+
+/// Those that cannot run where they should end elsewhere: they could not be joined.
+void Crew::send_home() {
+    open_gate(2);
+    static_cast<void>(wait_or_free([this] { return all_returned(); }, monotonic_now(),
+                                   [](Instant until) { block_until(until); },
+                                   [this] {
+                                       for (const auto& thread : threads_) thread->leave_core();
+                                   }));
+    if (all_returned()) join();
 }
 
 void Crew::open_gate(std::uint32_t state) {

@@ -9,6 +9,7 @@
 #include <atomic>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -38,8 +39,10 @@ class Crew {
     /// Makes a thread, which waits at the gate. After an error all are gone again. Setup-time.
     /// Error: unavailable.
     Result<void> add(const VcpuSpec& spec, VcpuThreadOptions options);
-    /// Waits until all are at the gate.
-    void wait_until_ready();
+    /// Waits until all are at the gate, for `patience` at most, and for a second once a stop was
+    /// requested. Null, or a thread that has not come: somebody of higher rank has its core. Then
+    /// all are gone again.
+    [[nodiscard]] std::optional<VcpuSpec> wait_until_ready(Nanoseconds patience);
     /// Lets them go at once.
     void go() { open_gate(1); }
     /// Returns true when a stop was requested and all entries have returned; false at `until`.
@@ -60,6 +63,7 @@ class Crew {
 
   private:
     void open_gate(std::uint32_t state);
+    void send_home();
 
     std::atomic<bool> stop_{false};
     // futex of wait_until(): an entry has returned, or a stop or wake() was requested.

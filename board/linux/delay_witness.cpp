@@ -5,10 +5,13 @@
 #include <algorithm>
 #include <utility>
 
+#include "board/linux/control_groups.h"
+
 namespace qduino::board::linux {
 
 void DelayWitness::begin(Instant now, const std::vector<Ward>& wards) {
     began_ = looked_at_ = now;
+    quota_then_ = kept_waiting_by_quota(root_).value_or(Nanoseconds{0});
     for (const Ward& ward : wards) {
         if (std::ranges::count(cores_, ward.core, &Core::core) == 0) add_core(ward.core);
         Watched& watched = watched_.emplace_back();
@@ -35,7 +38,11 @@ Nanoseconds DelayWitness::taken_of(int core) const {
     return since(&CoreTimes::host) + since(&CoreTimes::interrupted);
 }
 
-void DelayWitness::look(Instant now, const std::vector<Ward>& wards) {
+void DelayWitness::look(Instant now, const std::vector<Ward>& wards, Nanoseconds stood_still) {
+    const Nanoseconds quota = kept_waiting_by_quota(root_).value_or(quota_then_);
+    quota_ = quota - std::exchange(quota_then_, quota);
+    // A task that has spent its quota waits for no core, either.
+    stood_still_ = std::max(stood_still - quota_, Nanoseconds{0});
     for (Core& core : cores_) core.now = core_times(core.core, root_);
     for (std::size_t i = 0; i < std::min(wards.size(), watched_.size()); ++i) {
         Watched& watched = watched_[i];
@@ -71,6 +78,8 @@ DelayGuarantee DelayWitness::judge(const Watched& watched, const Ward& ward, Ins
     found.tasks = watched.told ? waited : Nanoseconds{-1};
     found.throttled = ward.throttled < 0 ? -1 : ward.throttled - watched.before.throttled;
     found.beyond = ward.beyond - watched.before.beyond;
+    found.stopped = stood_still_;
+    found.quota = ward.ordinary ? std::min(quota_, found.window) : Nanoseconds{0};
     const auto core = std::ranges::find(cores_, found.core, &Core::core);
     found.host = since(core->then.host, core->now.host);
     found.interrupted = since(core->then.interrupted, core->now.interrupted);

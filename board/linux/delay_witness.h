@@ -46,6 +46,7 @@ class DelayWitness {
         std::int64_t late = 0;        ///< releases that ended late
         std::int64_t throttled = -1;  ///< how often its budget was spent; < 0: nobody keeps it
         Nanoseconds beyond{};         ///< charged to it after its budget's end
+        bool ordinary = false;        ///< no real-time thread: quotas hold for it
     };
 
     /// `root` precedes /proc (tests).
@@ -53,8 +54,9 @@ class DelayWitness {
 
     /// The loops begin at `now`.
     void begin(Instant now, const std::vector<Ward>& wards);
-    /// `wards` as begin() had them. Their threads live.
-    void look(Instant now, const std::vector<Ward>& wards);
+    /// `wards` as begin() had them. Their threads live. `stood_still`: for how long the looking
+    /// thread did, since the last look, though it wanted to run and had not to wait for a core.
+    void look(Instant now, const std::vector<Ward>& wards, Nanoseconds stood_still = Nanoseconds{0});
     /// What the host and interrupts have taken of `core` from the beginning to the last look; 0
     /// where the kernel does not tell.
     [[nodiscard]] Nanoseconds taken_of(int core) const;
@@ -80,6 +82,9 @@ class DelayWitness {
 
     std::string root_;
     Instant began_{}, looked_at_{};
+    Nanoseconds stood_still_{};  // in the look under way
+    Nanoseconds quota_{};        // likewise: that ordinary tasks waited for a quota
+    Nanoseconds quota_then_{};   // up to the last look
     std::vector<Watched> watched_;
     std::vector<Core> cores_;
 };

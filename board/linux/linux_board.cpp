@@ -1,13 +1,16 @@
 #include "board/linux/linux_board.h"
 
+#include <sched.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cstdlib>
 
 #include "base/contract.h"
 #include "board/linux/budget_findings.h"
+#include "board/linux/core_rivals.h"
 #include "board/linux/held_thread.h"
 #include "board/linux/overheads.h"
 #include "board/linux/real_time_thread.h"
@@ -39,6 +42,29 @@ constexpr Nanoseconds kReadingAtMost = 100ns;
 constexpr Nanoseconds kRehearsal = 1500ns;
 constexpr Nanoseconds kLookAtDelaysEvery = 1s;
 
+/// For a thread to come up on its core, on a computer with much to do.
+constexpr Nanoseconds kComesUpWithin = 10s;
+
+CpuList cores_of_this_process() {
+    CpuList list;
+    cpu_set_t cores;
+    CPU_ZERO(&cores);
+    if (::sched_getaffinity(0, sizeof cores, &cores) != 0) return list;
+    for (int core = 0; core < std::min(CPU_SETSIZE, CpuList::kLimit); ++core) {
+        if (CPU_ISSET(static_cast<std::size_t>(core), &cores)) list.add(core);
+    }
+    return list;
+}
+
+/// How long a loop may compute without a wait. One that has a core spins there for as long as it
+/// likes; another may take its budget twice, while it holds a lock.
+Nanoseconds longest_computation(std::span<const VcpuSpec> specs) {
+    Nanoseconds longest{};
+    for (const VcpuSpec& spec : specs)
+        longest = std::max(longest, spec.owns_core ? Nanoseconds{1h} : 2 * spec.budget);
+    return longest;
+}
+
 /// Returns how long after `t` it ended.
 Nanoseconds spin_until(Instant t) {
     for (;;) {
@@ -52,7 +78,8 @@ Nanoseconds spin_until(Instant t) {
 
 // ---- opening ------------------------------------------------------------------------------------
 
-LinuxBoard::LinuxBoard(LinuxConfig config) : config_(std::move(config)), core_count_(cpu_count()) {}
+LinuxBoard::LinuxBoard(LinuxConfig config)
+    : config_(std::move(config)), core_count_(cpu_count()), started_on_(cores_of_this_process()) {}
 
 Result<std::unique_ptr<LinuxBoard>> LinuxBoard::open(LinuxConfig config) {
     std::unique_ptr<LinuxBoard> board{new LinuxBoard{std::move(config)}};
@@ -148,6 +175,7 @@ std::uint64_t LinuxBoard::lost_edges() const {
 Result<void> LinuxBoard::start(std::span<const VcpuSpec> specs) {
     QDUINO_EXPECT(crew_.threads().empty());
     QDUINO_TRY(check_specs(specs, config_, core_count_));
+    if (config_.real_time) QDUINO_TRY(lift_real_time_limit(longest_computation(specs)));
     QDUINO_TRY(cores_.lock(specs));
     QDUINO_TRY(open_writers(specs));
     hire_warden(specs);
@@ -170,7 +198,9 @@ Result<void> LinuxBoard::open_writers(std::span<const VcpuSpec> specs) {
     return {};
 }
 
-Result<void> LinuxBoard::make_threads(std::span<const VcpuSpec> specs) {
+/// The threads inherit that stop signals are blocked. This one has them again before it waits for
+/// them.
+Result<void> LinuxBoard::fill_crew(std::span<const VcpuSpec> specs) {
     const StopSignalsBlocked for_new_threads;
     if (config_.enforce_budgets && config_.warden) {
         if (auto rules = rules_for_written_files(); rules) written_files_ = std::move(*rules);
@@ -195,7 +225,23 @@ Result<void> LinuxBoard::make_threads(std::span<const VcpuSpec> specs) {
         options.life = &life_;
         QDUINO_TRY(crew_.add(mine, options));
     }
-    crew_.wait_until_ready();
+    return {};
+}
+
+/// A task of higher rank that never waits would keep a thread from its core for ever.
+Result<void> LinuxBoard::wait_for_crew() {
+    const std::optional<VcpuSpec> missing = crew_.wait_until_ready(kComesUpWithin);
+    if (!missing) return {};
+    const std::string spinner = who_spins_on(missing->core, ::getpid(), config_.sysfs_root);
+    return make_error(ErrorCode::unavailable, "loop ", missing->id, " does not come up on core ",
+                      missing->core, ": ", spinner.empty() ? "other tasks leave it no time there" : spinner,
+                      spinner.empty() ? "" : " runs there without a pause",
+                      ": stop what takes that core, or give the loop another");
+}
+
+Result<void> LinuxBoard::make_threads(std::span<const VcpuSpec> specs) {
+    QDUINO_TRY(fill_crew(specs));
+    QDUINO_TRY(wait_for_crew());
     instruct_warden();
     rank_kernel_threads();
     began_at_ = now();
@@ -270,22 +316,25 @@ std::vector<DelayWitness::Ward> LinuxBoard::loops() const {
                          .worst_lately = thread->take_worst_lately(),
                          .late = thread->late(),
                          .throttled = thread->budget_kept() ? thread->throttled() : -1,
-                         .beyond = thread->beyond()});
+                         .beyond = thread->beyond(),
+                         .ordinary = !thread->real_time()});
     }
     return loops;
 }
 
 void LinuxBoard::run(Instant until) {
     Instant next_delays = now() + kLookAtDelaysEvery;
+    standstill_.begin(::getpid(), ::gettid());
     for (bool ended = false; !ended;) {
         const bool watched = warden_.pid() != 0;
         const Instant look = std::min({until, next_delays, watched ? now() + kWardenSweep : until});
         ended = crew_.wait_until(look, [this] { renew_promise(); });
+        standstill_.woke(look, now());
         if (ended) force_safe_states();
         if (ended && ended_at_ == Instant{}) ended_at_ = now();
         if (!ended) look_after_warden();
         if (ended || look == until || now() >= next_delays) {
-            delays_.look(now(), loops());
+            delays_.look(now(), loops(), standstill_.take());
             next_delays = now() + kLookAtDelaysEvery;
         }
         if (look == until) return;
@@ -356,7 +405,7 @@ sched::PlatformOverheads LinuxBoard::platform_overheads(int core) {
         overheads.add(*warden_looks_);
     }
     if (config_.real_time) {
-        keep_for_ordinary_tasks(overheads);
+        keep_for_ordinary_tasks(overheads, config_.sysfs_root);
         const Interference& interrupts = cores_.interference(core);
         if (interrupts.measured) {
             overheads.add(interrupts.counted());
@@ -380,6 +429,9 @@ GuaranteeReport LinuxBoard::guarantee() const {
         LoopGuarantee loop = cores_.describe(*thread);
         if (const std::string_view note = edges_.note_of(loop.id); !note.empty())
             write(loop.shortfall, loop.shortfall.empty() ? "" : "; ", note);
+        if (thread->pinned() && !started_on_.has(loop.core))
+            write(loop.shortfall, loop.shortfall.empty() ? "" : "; ", "moved to core ", loop.core,
+                  ", though its program was started on ", started_on_.to_list(), " (taskset)");
         if (thread->budget_kept())
             describe_budget(loop, *thread, warden_, warden_shortfall_, delays_.taken_of(loop.core));
         describe_kernel_threads(loop, cores_.kernel_threads(), warden_);

@@ -44,6 +44,7 @@
 #include "board/linux/loop_promise.h"
 #include "board/linux/pin_table.h"
 #include "board/linux/signs_of_life.h"
+#include "board/linux/standstill.h"
 #include "board/linux/warden.h"
 
 namespace qduino::board::linux {
@@ -202,6 +203,8 @@ class LinuxBoard final : public Board {
     explicit LinuxBoard(LinuxConfig config);
     Result<void> open_writers(std::span<const VcpuSpec> specs);
     Result<void> make_threads(std::span<const VcpuSpec> specs);
+    Result<void> fill_crew(std::span<const VcpuSpec> specs);
+    Result<void> wait_for_crew();
     void hire_warden(std::span<const VcpuSpec> specs);
     void instruct_warden();
     void rank_kernel_threads();
@@ -229,6 +232,8 @@ class LinuxBoard final : public Board {
     std::optional<sched::PlatformInterferer> warden_looks_;
     LoopPromise promise_;
     DelayWitness delays_;
+    Standstill standstill_;  // of the thread of run()
+    CpuList started_on_;     // the cores that this process had at its start
     bool memory_locked_ = false;
 };
 

@@ -10,6 +10,7 @@
 #include <cstdlib>
 
 #include "board/linux/bare_spin.h"
+#include "board/linux/control_groups.h"
 #include "board/linux/kernel_text.h"
 #include "board/linux/real_time_thread.h"
 #include "posix/unique_fd.h"
@@ -100,9 +101,19 @@ double kernel_number(const std::string& root, const char* name) {
 void keep_for_ordinary_tasks(sched::PlatformOverheads& overheads, const std::string& root) {
     const double runtime_us = kernel_number(root, "sched_rt_runtime_us");
     const double period_us = kernel_number(root, "sched_rt_period_us");
-    if (runtime_us < 0 || period_us <= runtime_us) return;
-    overheads.kept_period = from_seconds(period_us * 1e-6);
-    overheads.kept_budget = from_seconds((period_us - runtime_us) * 1e-6);
+    double share = 1;
+    if (runtime_us >= 0 && period_us > runtime_us) {
+        overheads.kept_period = from_seconds(period_us * 1e-6);
+        overheads.kept_budget = from_seconds((period_us - runtime_us) * 1e-6);
+        share = runtime_us / period_us;
+    }
+    // A group with nothing takes no real-time task, so there is nothing to be admitted.
+    const auto group = real_time_group(root);
+    if (!group || group->runtime <= Nanoseconds{0}) return;
+    if (to_seconds(group->runtime) / to_seconds(group->period) >= share) return;
+    overheads.kept_period = group->period;
+    overheads.kept_budget = group->period - group->runtime;
+    overheads.kept_by = "control group's limit";
 }
 
 sched::PlatformInterferer warden_looks(Nanoseconds wait) {
@@ -127,8 +138,11 @@ double real_time_share(const std::string& root) {
     constexpr double kShareOfMargin = 0.03;
     const double runtime_us = kernel_number(root, "sched_rt_runtime_us");
     const double period_us = kernel_number(root, "sched_rt_period_us");
-    if (runtime_us < 0 || period_us <= 0 || runtime_us >= period_us) return 1;
-    return std::max(0.1, runtime_us / period_us - kShareOfMargin);
+    const bool limited = runtime_us >= 0 && period_us > runtime_us;
+    double share = limited ? runtime_us / period_us : 1;
+    if (const auto group = real_time_group(root))
+        share = std::min(share, to_seconds(group->runtime) / to_seconds(group->period));
+    return share >= 1 ? 1 : std::max(0.1, share - kShareOfMargin);
 }
 
 }  // namespace qduino::board::linux

@@ -5,6 +5,7 @@
 #include <malloc.h>
 #include <sched.h>
 #include <sys/mman.h>
+#include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/syscall.h>
 #include <unistd.h>
@@ -14,6 +15,7 @@
 #include <csignal>
 #include <cstdint>
 
+#include "board/linux/control_groups.h"
 #include "posix/system_error.h"
 
 // glibc names the field only from 2.38 on.
@@ -35,6 +37,13 @@ Result<void> pin_to_core(int core) {
         return system_error("pin a thread to core", std::to_string(core), error);
     }
     return {};
+}
+
+void widen(pthread_t thread) {
+    cpu_set_t all;
+    CPU_ZERO(&all);
+    for (int core = 0; core < cpu_count(); ++core) CPU_SET(static_cast<std::size_t>(core), &all);
+    ::pthread_setaffinity_np(thread, sizeof all, &all);
 }
 
 Result<void> become_real_time(int priority) {
@@ -64,6 +73,44 @@ Result<timer_t> make_thread_timer(int signal) {
     timer_t timer{};
     if (::timer_create(CLOCK_MONOTONIC, &event, &timer) != 0) return system_error("make", "a budget timer");
     return timer;
+}
+
+void wake_on_time() { ::prctl(PR_SET_TIMERSLACK, 1, 0, 0, 0); }
+
+FixedString<160> why_no_real_time(const std::string& root) {
+    const auto group = real_time_group(root);
+    if (group && group->runtime == Nanoseconds{0}) {
+        return "no SCHED_FIFO: cpu.rt_runtime_us of its control group is 0 (`qduino doctor` names it): write "
+               "a "
+               "share there, or docker run --cpu-rt-runtime";
+    }
+    return "no SCHED_FIFO: run as root, or allow it with `ulimit -r 99` or CAP_SYS_NICE";
+}
+
+namespace {
+
+bool may_be_real_time() {
+    rlimit limit{};
+    return has_capability(CAP_SYS_NICE) || (::getrlimit(RLIMIT_RTPRIO, &limit) == 0 && limit.rlim_cur > 0);
+}
+
+}  // namespace
+
+Result<void> lift_real_time_limit(Nanoseconds longest) {
+    rlimit limit{};
+    if (!may_be_real_time()) return {};
+    if (::getrlimit(RLIMIT_RTTIME, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return {};
+    const rlimit none{RLIM_INFINITY, RLIM_INFINITY}, most{limit.rlim_max, limit.rlim_max};
+    if (::setrlimit(RLIMIT_RTTIME, &none) == 0) return {};
+    static_cast<void>(::setrlimit(RLIMIT_RTTIME, &most));
+    if (limit.rlim_max == RLIM_INFINITY) return {};
+    const Nanoseconds left{static_cast<std::int64_t>(std::min<rlim_t>(limit.rlim_max, 1'000'000'000'000)) *
+                           1000};
+    if (longest < left) return {};
+    return make_error(
+        ErrorCode::out_of_range, "RLIMIT_RTTIME is ", left,
+        ": the kernel kills a loop that computes so long without a wait, and one here may: run as "
+        "root, or raise it (`ulimit -R unlimited`, LimitRTTIME=infinity of systemd)");
 }
 
 void name_thread(std::string_view name) {

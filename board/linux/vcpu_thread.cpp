@@ -4,12 +4,25 @@
 #include <unistd.h>
 
 #include "board/linux/clock.h"
+#include "board/linux/control_groups.h"
 #include "board/linux/futex.h"
 #include "board/linux/real_time_thread.h"
 #include "board/real_time_mark.h"
 #include "posix/signal_stack.h"
 
 namespace qduino::board::linux {
+
+namespace {
+
+/// A cpuset does not let a thread out; what is started by taskset(1) may leave.
+FixedString<160> why_not_there(int core, const Error& error) {
+    const CpuList allowed = cores_of_cpuset();
+    if (allowed.empty() || allowed.has(core)) return error.message.view();
+    return text<FixedString<160>>("core ", core, " is not in its cpuset (", allowed.to_list(),
+                                  "): it runs on another; give the loop one of those");
+}
+
+}  // namespace
 
 constinit thread_local VcpuThread* VcpuThread::current_ = nullptr;
 
@@ -34,7 +47,8 @@ void VcpuThread::prepare() {
     }
     const auto pinned = pin_to_core(spec_.core);
     pinned_ = pinned.ok();
-    if (!pinned) add_shortfall(pinned.error().message);
+    if (!pinned) add_shortfall(why_not_there(spec_.core, pinned.error()));
+    wake_on_time();
     touch_stack();
     if (options_.priority != 0) {
         if (auto real_time = become_real_time(options_.priority); real_time) {
@@ -42,7 +56,7 @@ void VcpuThread::prepare() {
             spin_ = SpinAllowance{options_.spin_share, monotonic_now()};
             gravity_ = TimerGravity{TimerGravity::lead_limit(spec_.budget, options_.enforce_budget)};
         } else {
-            add_shortfall("no SCHED_FIFO: run as root, or allow it with `ulimit -r 99` or CAP_SYS_NICE");
+            add_shortfall(why_no_real_time());
         }
     }
     become_confined();  // takes longer than a small budget: before the account begins
@@ -95,6 +109,7 @@ void* VcpuThread::main(void* self) {
     current_ = &thread;
     thread.prepare();
     StartGate& gate = *thread.options_.gate;
+    thread.at_gate_.store(true, std::memory_order_release);
     gate.ready.fetch_add(1);
     futex_wake_all(gate.ready);
     thread.before_block();

@@ -19,6 +19,7 @@
 #include "board/linux/confinement.h"
 #include "board/linux/cycle_clock.h"
 #include "board/linux/isolation.h"
+#include "board/linux/real_time_thread.h"
 #include "board/linux/spin_allowance.h"
 #include "board/linux/timer_gravity.h"
 #include "board/types.h"
@@ -66,6 +67,12 @@ class VcpuThread {
     /// Gives it another budget and period: an I/O VCPU's thread. From any one thread at a time.
     void change(sched::VcpuParameters parameters) { keeper_.change(parameters); }
     [[nodiscard]] bool returned() const { return finished_.load(std::memory_order_acquire); }
+    /// It is ready, and waits for the gate to open, or has passed it.
+    [[nodiscard]] bool at_gate() const { return at_gate_.load(std::memory_order_acquire); }
+    /// Another thread of higher rank has its core: it may end on any other.
+    void leave_core() const {
+        if (created_ && !returned()) widen(thread_);
+    }
 
     // Known once the thread is at the gate:
     [[nodiscard]] bool pinned() const { return pinned_; }
@@ -153,6 +160,7 @@ class VcpuThread {
     TimerGravity gravity_;
     Nanoseconds slept_{};
     FixedString<160> shortfall_;
+    std::atomic<bool> at_gate_{false};
     std::atomic<bool> finished_{false};
     std::atomic<std::int64_t> worst_late_ns_{0};
     std::atomic<std::int64_t> worst_lately_ns_{0};

@@ -55,6 +55,16 @@ std::string config_without(const std::string& option) {
     return config.erase(at, config.find('\n', at) + 1 - at);
 }
 
+/// A kernel with RT_GROUP_SCHED: this process is in a group with so many microseconds in a second.
+void put_group(FakeMachine& m, const std::string& runtime_us) {
+    m.put("/proc/self/cgroup", "1:cpu:/box");
+    m.put("/proc/self/mountinfo", "32 25 0:28 / /sys/fs/cgroup/cpu rw - cgroup cgroup rw,cpu");
+    m.put("/sys/fs/cgroup/cpu/cpu.rt_runtime_us", "950000");
+    m.put("/sys/fs/cgroup/cpu/cpu.rt_period_us", "1000000");
+    m.put("/sys/fs/cgroup/cpu/box/cpu.rt_runtime_us", runtime_us);
+    m.put("/sys/fs/cgroup/cpu/box/cpu.rt_period_us", "1000000");
+}
+
 /// A PC with Debian's real-time kernel, booted for a loop on core 1, asked by root.
 void furnish_well(FakeMachine& m) {
     m.put("/sys/class/dmi/id/product_name", "Test Board 4000");
@@ -95,7 +105,7 @@ TEST(Doctor, AGoodMachineNeedsNothing) {
     const Said said = ask(machine, false);
     EXPECT_EQ(said.result, 0) << said.text;
     EXPECT_NE(said.text.find("Test Board 4000, 4 cores"), std::string::npos);
-    EXPECT_NE(said.text.find("\nVerdict: all 30 are as they should be.\n"), std::string::npos);
+    EXPECT_NE(said.text.find("\nVerdict: all 32 are as they should be.\n"), std::string::npos);
     EXPECT_EQ(said.text.find("fix"), std::string::npos);
 }
 
@@ -108,7 +118,7 @@ TEST(Doctor, SaysTheSameInJson) {
     const Json json = Json::parse(said.text);
     EXPECT_EQ(json.at("machine"), "Test Board 4000, 4 cores");
     EXPECT_EQ(json.at("kernel"), "6.12.30-rt-amd64");
-    ASSERT_EQ(json.at("findings").size(), 30u);
+    ASSERT_EQ(json.at("findings").size(), 32u);
     const Json& finding = *std::find_if(json["findings"].begin(), json["findings"].end(),
                                         [](const Json& f) { return f["id"] == "irqbalance"; });
     EXPECT_EQ(finding.at("state"), "could be better");
@@ -276,6 +286,16 @@ const Case kCases[] = {
          m.put("/proc/self/status", "CapEff:\t000001ffff7fffff");
          m.put("/proc/self/limits", "Max realtime priority     50                   50");
      }},
+    {"no_real_time_group", "rt_group", kMissing, "cpu.rt_runtime_us is 0", "cpu-rt-runtime",
+     [](FakeMachine& m) { put_group(m, "0"); }},
+    {"small_real_time_group", "rt_group", kBetter, "50 ms in 1 s", "sudo tee",
+     [](FakeMachine& m) { put_group(m, "50000"); }},
+    {"short_real_time", "rt_limit", kBetter, "RLIMIT_RTTIME is 200 ms", "rttime=unlimited",
+     [](FakeMachine& m) {  // everything but CAP_SYS_RESOURCE (24)
+         m.put("/proc/self/status", "CapEff:\t000001fffeffffff");
+         m.put("/proc/self/limits",
+               "Max locked memory    unlimited  unlimited  bytes\nMax realtime timeout 200000 200000 us");
+     }},
     {"little_memory", "locked_memory", kMissing, "8192 KiB", "memlock unlimited",
      [](FakeMachine& m) {  // everything but CAP_IPC_LOCK (14)
          m.put("/proc/self/status", "CapEff:\t000001ffffffbfff");
@@ -305,12 +325,12 @@ TEST(Doctor, CountsWhatIsWrong) {
     FakeMachine machine;
     furnish_well(machine);
     machine.put("/proc/900/comm", "irqbalance");
-    EXPECT_NE(ask(machine, false).text.find("\nVerdict: 1 of 30 could be better.\n"), std::string::npos);
+    EXPECT_NE(ask(machine, false).text.find("\nVerdict: 1 of 32 could be better.\n"), std::string::npos);
     machine.put("/proc/sys/kernel/sched_rt_runtime_us", "0");
-    EXPECT_NE(ask(machine, false).text.find("\nVerdict: 1 of 30 could be better, 1 is missing.\n"),
+    EXPECT_NE(ask(machine, false).text.find("\nVerdict: 1 of 32 could be better, 1 is missing.\n"),
               std::string::npos);
     machine.put("/proc/900/comm", "bash");
-    EXPECT_NE(ask(machine, false).text.find("\nVerdict: 1 of 30 is missing.\n"), std::string::npos);
+    EXPECT_NE(ask(machine, false).text.find("\nVerdict: 1 of 32 is missing.\n"), std::string::npos);
 }
 
 TEST(Doctor, NeverPasses80Columns) {

@@ -37,7 +37,9 @@ class DelayWitnessTest : public ::testing::Test {
         wards_[0].worst_lately = lateness;
         wards_[0].worst = std::max(wards_[0].worst, lateness);
     }
-    void look(Nanoseconds after_begin) { witness_.look(kEpoch + after_begin, wards_); }
+    void look(Nanoseconds after_begin, Nanoseconds stood_still = 0ns) {
+        witness_.look(kEpoch + after_begin, wards_, stood_still);
+    }
     [[nodiscard]] GuaranteeReport report() const {
         GuaranteeReport report;
         witness_.describe(report);
@@ -126,6 +128,40 @@ TEST_F(DelayWitnessTest, EachLateReleaseIsCountedUnderTheCauseOfItsSecond) {
     EXPECT_EQ(report.delays[0].worst, 90ms);
     EXPECT_EQ(report.delays[0].host, 60ms) << "the evidence is that of the worst";
     EXPECT_EQ(witness.taken_of(1), 70ms);
+}
+
+TEST_F(DelayWitnessTest, AProgramThatStoodStillIsNoOnesFault) {
+    overrun(300ms);
+    look(1s, 0ns);
+    ASSERT_EQ(report().delays.size(), 1u);
+    EXPECT_NE(cause_of(report().delays[0]), DelayCause::stopped);
+    overrun(1990ms);
+    look(4s, 2s);
+    EXPECT_EQ(report().delays[0].stopped, 2s);
+    EXPECT_EQ(cause_of(report().delays[0]), DelayCause::stopped);
+    EXPECT_EQ(report().delays[0].late[static_cast<std::size_t>(DelayCause::stopped)], 1);
+}
+
+TEST_F(DelayWitnessTest, AQuotaKeepsOrdinaryTasksWaitingAndNoOthers) {
+    const auto throttled = [&](const char* ns) {
+        machine_.put("/sys/fs/cgroup/cpu/cpu.stat", text<std::string>("nr_throttled 1\nthrottled_time ", ns));
+    };
+    machine_.put("/proc/self/cgroup", "3:cpu:/");
+    machine_.put("/proc/self/mountinfo", "32 25 0:28 / /sys/fs/cgroup/cpu rw - cgroup cgroup rw,cpu");
+    machine_.put("/sys/fs/cgroup/cpu/cpu.cfs_quota_us", "10000");
+    throttled("0");
+    look(1s);
+    overrun(90ms);
+    throttled("800000000");
+    look(2s, 850ms);
+    EXPECT_EQ(report().delays[0].quota, 0ns) << "a real-time thread has no quota";
+    wards_[0].ordinary = true;
+    overrun(95ms);
+    throttled("1600000000");
+    look(3s, 850ms);
+    EXPECT_EQ(report().delays[0].quota, 800ms);
+    EXPECT_EQ(report().delays[0].stopped, 50ms) << "what waits for a quota stands still, too";
+    EXPECT_EQ(cause_of(report().delays[0]), DelayCause::quota);
 }
 
 }  // namespace
