@@ -85,3 +85,17 @@ std::uint32_t Adafruit_NeoPixel::gamma32(std::uint32_t color) {
         corrected |= std::uint32_t{gamma8(static_cast<std::uint8_t>(color >> shift))} << shift;
     return corrected;
 }
+
+void Adafruit_NeoPixel::rainbow(std::uint16_t first_hue, std::int8_t circles, std::uint8_t saturation,
+                                std::uint8_t value, bool to_the_eye) {
+    const int count = numPixels();
+    for (int i = 0; i < count; ++i) {
+        const auto hue = static_cast<std::uint16_t>(first_hue + std::int64_t{i} * circles * 65536 / count);
+        const std::uint32_t color = ColorHSV(hue, saturation, value);
+        setPixelColor(static_cast<std::uint16_t>(i), to_the_eye ? gamma32(color) : color);
+    }
+}
+
+std::uint8_t Adafruit_NeoPixel::sine8(std::uint8_t x) {
+    return static_cast<std::uint8_t>((std::sin(x * PI / 128) + 1) * 127.5 + 0.5);
+}

@@ -68,6 +68,11 @@ class Adafruit_NeoPixel {
     /// As bright to the eye as `level` says: its power 2.6.
     static std::uint8_t gamma8(std::uint8_t level);
     static std::uint32_t gamma32(std::uint32_t color);
+    /// The circle of hues, `circles` times along the strip; backwards where that is negative.
+    void rainbow(std::uint16_t first_hue = 0, std::int8_t circles = 1, std::uint8_t saturation = 255,
+                 std::uint8_t value = 255, bool to_the_eye = true);
+    /// 0 to 255: one wave of a sine from 128 on, as `x` goes from 0 to 255.
+    static std::uint8_t sine8(std::uint8_t x);
 
   private:
     void encode();

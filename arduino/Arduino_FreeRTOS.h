@@ -8,9 +8,12 @@
 #pragma once
 
 #include <cstdint>
+#include <cstdlib>
 
 #include "arduino/Arduino.h"
 #include "arduino/freertos/tasks.h"
+
+#define QDUINO_FREERTOS  // queue.h and the like are FreeRTOS' from here on
 
 using BaseType_t = long;
 using UBaseType_t = unsigned long;
@@ -37,6 +40,8 @@ enum eNotifyAction { eNoAction = 0, eSetBits, eIncrement, eSetValueWithOverwrite
 #define configMAX_TASK_NAME_LEN 16
 #define configUSE_PREEMPTION 1
 #define configUSE_MUTEXES 1
+/// False: the sketch ends by abort(), and its line is named.
+#define configASSERT(condition) ((condition) ? static_cast<void>(0) : std::abort())
 #define tskIDLE_PRIORITY 0
 #define portTICK_PERIOD_MS 1
 #define portTICK_RATE_MS portTICK_PERIOD_MS

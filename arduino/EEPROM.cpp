@@ -3,6 +3,7 @@
 #include <array>
 #include <atomic>
 
+#include "arduino/avr/eeprom.h"
 #include "arduino/core/constants.h"
 #include "arduino/core/diagnostics.h"
 #include "arduino/core/lock.h"
@@ -80,4 +81,11 @@ void EEPROMClass::commit() {
 bool EEPROMClass::open(const char* path) {
     const qduino::arduino::LockGuard held{opening};
     return open_file(path);
+}
+
+std::uint8_t qduino_eeprom_read(std::size_t index) {
+    return index < kSize ? EEPROM.read(static_cast<int>(index)) : 0xff;
+}
+void qduino_eeprom_write(std::size_t index, std::uint8_t value) {
+    if (index < kSize) EEPROM.write(static_cast<int>(index), value);
 }

@@ -64,6 +64,9 @@ class SPIClass {
     /// Interrupt handlers are threads here; they take the bus like any loop.
     void usingInterrupt(int) {}
     void notUsingInterrupt(int) {}
+    /// No interrupt tells the end of a transfer: transfer() waits for it.
+    void attachInterrupt() {}
+    void detachInterrupt() {}
 
     // ---- from before transactions: the settings that hold outside of them -----------------------
     void setBitOrder(BitOrder order) { settings_.least_significant_first = order == LSBFIRST; }

@@ -1,22 +1,9 @@
-// Groups of events of FreeRTOS (Arduino_FreeRTOS.h).
+// FreeRTOS' event_groups.h behind Arduino_FreeRTOS.h. A library may have a header of
+// this name, too: without FreeRTOS before it, that one is meant, as on an AVR.
 #pragma once
 
-#include "arduino/Arduino_FreeRTOS.h"
-#include "arduino/freertos/objects.h"
-
-using EventBits_t = std::uint32_t;
-using EventGroupHandle_t = qduino::arduino::freertos::EventGroup*;
-
-/// Takes memory: for setup().
-inline EventGroupHandle_t xEventGroupCreate() { return new qduino::arduino::freertos::EventGroup; }
-inline void vEventGroupDelete(EventGroupHandle_t group) { delete group; }
-inline EventBits_t xEventGroupSetBits(EventGroupHandle_t group, EventBits_t bits) { return group->set(bits); }
-/// The bits as they were.
-inline EventBits_t xEventGroupClearBits(EventGroupHandle_t group, EventBits_t bits) {
-    return group->clear(bits);
-}
-inline EventBits_t xEventGroupGetBits(EventGroupHandle_t group) { return group->get(); }
-inline EventBits_t xEventGroupWaitBits(EventGroupHandle_t group, EventBits_t bits, BaseType_t clear_after,
-                                       BaseType_t all, TickType_t ticks) {
-    return group->wait(bits, clear_after != pdFALSE, all != pdFALSE, ticks);
-}
+#if !defined(QDUINO_FREERTOS)
+#include_next <event_groups.h>
+#else
+#include "arduino/freertos/event_groups.h"
+#endif

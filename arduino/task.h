@@ -1,4 +1,7 @@
-// FreeRTOS' tasks, by the name of their header.
+// FreeRTOS' task.h behind Arduino_FreeRTOS.h. A library may have a header of
+// this name, too: without FreeRTOS before it, that one is meant, as on an AVR.
 #pragma once
 
-#include "arduino/Arduino_FreeRTOS.h"
+#if !defined(QDUINO_FREERTOS)
+#include_next <task.h>
+#endif

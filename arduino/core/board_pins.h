@@ -23,8 +23,18 @@
 #define PIN_A6 60
 #define PIN_A7 61
 
-/* An interrupt's number is its pin's; every pin can have one. */
-#define digitalPinToInterrupt(pin) (pin)
+/* An interrupt's number is its pin's; every pin can have one. But old sketches call the interrupts
+ * of pins 2 and 3 by 0 and 1, as an Uno and a Mega do: pins 0 and 1 have others. */
+#define QDUINO_INTERRUPT_OF_PIN_0 256
+#ifdef __cplusplus
+#define QDUINO_KNOWN constexpr int
+#else
+#define QDUINO_KNOWN static inline int
+#endif
+QDUINO_KNOWN qduino_interrupt_of_pin(int pin) {
+    return pin == 0 || pin == 1 ? QDUINO_INTERRUPT_OF_PIN_0 + pin : pin;
+}
+#define digitalPinToInterrupt(pin) qduino_interrupt_of_pin(pin)
 #define NOT_AN_INTERRUPT (-1)
 #define EXTERNAL_NUM_INTERRUPTS NUM_DIGITAL_PINS
 #define NOT_A_PIN 0

@@ -67,6 +67,13 @@ std::optional<board::Edge> edge_of(int mode) {
     return mode == CHANGE ? std::optional{board::Edge::both} : std::nullopt;
 }
 
+/// The pin of an interrupt's number: 0 and 1 are those of an Uno and a Mega.
+int pin_of(int interrupt) {
+    if (interrupt == 0 || interrupt == 1) return interrupt + 2;
+    const int first = interrupt - QDUINO_INTERRUPT_OF_PIN_0;
+    return first == 0 || first == 1 ? first : interrupt;
+}
+
 bool attach(const char* call, int pin, void (*handler)(), int mode, Nanoseconds budget, Nanoseconds period,
             int core) {
     const auto edge = edge_of(mode);
@@ -85,6 +92,7 @@ bool attach(const char* call, int pin, void (*handler)(), int mode, Nanoseconds 
 bool attach_interrupt_vcpu(int pin, void (*handler)(), int mode, Nanoseconds budget, Nanoseconds period,
                            int core) {
     if (!is_budget(budget, period)) return bad_budget("attachInterruptVcpu", pin);
+    if (pin >= QDUINO_INTERRUPT_OF_PIN_0) pin = pin_of(pin);  // digitalPinToInterrupt()
     return attach("attachInterruptVcpu", pin, handler, mode, budget, period, core);
 }
 
@@ -107,13 +115,14 @@ void attachInterrupt(int interrupt, void (*handler)(), int mode) {
         qduino::arduino::keep_for_setup(interrupt, handler, mode);
         return;
     }
-    qduino::arduino::attach("attachInterrupt", interrupt, handler, mode, Nanoseconds{}, Nanoseconds{},
-                            qduino::runtime::kAnyCore);
+    qduino::arduino::attach("attachInterrupt", qduino::arduino::pin_of(interrupt), handler, mode,
+                            Nanoseconds{}, Nanoseconds{}, qduino::runtime::kAnyCore);
 }
 
 void detachInterrupt(int interrupt) {
-    if (interrupt < 0 || interrupt >= qduino::board::kPinCount) return;
-    board::current().detach_edge(board::PinId{static_cast<std::uint16_t>(interrupt)});
+    const int pin = qduino::arduino::pin_of(interrupt);
+    if (pin < 0 || pin >= board::kPinCount) return;
+    board::current().detach_edge(board::PinId{static_cast<std::uint16_t>(pin)});
 }
 
 void noInterrupts() { qduino::arduino::hold_handlers(true); }

@@ -84,9 +84,9 @@ CASES = [
          r"ws2812 on pin 51: \d+ frames; shows 000080 3f0040 000080\n"),
     Case("Remote", "takes a timer to look at an infrared receiver, and another one to send", "IRremote",
          "`IRremote.hpp`: NEC's code by `attachInterrupt()` and PWM; a simulated module and remote, `chip = \"ir\"`",
-         r"Protocol=NEC Address=0x4 Command=0x18 Raw-Data=0xE718FB04 32 bits LSB first\n"
-         r"(Protocol=NEC Address=0x4 Command=0x18 Repeat\n){2}"
-         r"Protocol=NEC Address=0x1234 Command=0x56 Raw-Data=0xA9561234 32 bits LSB first\n"
+         r"Protocol=NEC Address=0x4 Command=0x18 Raw-Data=0xE718FB04 32 bits LSB first\n68\n"
+         r"(Protocol=NEC Address=0x4 Command=0x18 Repeat\n4\n){2}"
+         r"Protocol=NEC Address=0x1234 Command=0x56 Raw-Data=0xA9561234 32 bits LSB first\n68\n"
          r"Protocol=NEC Address=0x1234 Command=0x56 Repeat", 2, r"ir on pin 7: 36 flashes of the LED on pin 8"),
     Case("Card", "keeps files on a card, with a table of each CPU's pins", "SD, ArduinoJson, Seeed CAN",
          "`SD.h`: a folder of the host", r"0,0\n1,1\n2,4\ntoday/\nin"),

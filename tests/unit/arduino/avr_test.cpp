@@ -6,13 +6,24 @@
 #include <utility>
 
 #include "arduino/Arduino.h"
+#include "arduino/WProgram.h"
+#include "arduino/avr/boot.h"
+#include "arduino/avr/common.h"
+#include "arduino/avr/fuse.h"
 #include "arduino/avr/interrupt.h"
 #include "arduino/avr/io.h"
+#include "arduino/avr/power.h"
 #include "arduino/avr/sleep.h"
+#include "arduino/avr/version.h"
 #include "arduino/avr/wdt.h"
+#include "arduino/compat/twi.h"
 #include "arduino/util/atomic.h"
 #include "arduino/util/crc16.h"
 #include "arduino/util/delay.h"
+#include "arduino/util/delay_basic.h"
+#include "arduino/util/parity.h"
+#include "arduino/util/setbaud.h"
+#include "arduino/wiring_private.h"
 #include "tests/unit/arduino/arduino_fixture.h"
 
 extern "C" {
@@ -281,6 +292,28 @@ TEST_F(ArduinoAvr, CHasTheSameWords) {
                             NUM_DIGITAL_PINS};
     ASSERT_EQ(std::size(words), c_word_count);
     for (unsigned i = 0; i < c_word_count; ++i) EXPECT_DOUBLE_EQ(words[i], c_words[i]) << i;
+}
+
+TEST_F(ArduinoAvr, WhatOtherHeadersOfAvrLibcHave) {
+    EXPECT_EQ(parity_even_bit(0x07), 1);
+    EXPECT_EQ(parity_even_bit(0x81), 0);
+    constexpr unsigned BAUD = 9600;
+    EXPECT_EQ(UBRR_VALUE, 103U) << "ATmega2560's data sheet, table of 16 MHz";
+    EXPECT_EQ(TW_MT_DATA_ACK, 0x28);
+    EXPECT_EQ(boot_signature_byte_get(2), 0x98);
+    power_adc_disable();
+    power_all_enable();
+    clock_prescale_set(clock_div_4);
+    EXPECT_EQ(clock_prescale_get(), clock_div_1);
+    int value = 5;
+    cbi(value, 0);
+    sbi(value, 1);
+    EXPECT_EQ(value, 6);
+    const qduino::Instant from = board().now;
+    _delay_loop_2(4000);  // 1 ms at 16 MHz
+    EXPECT_EQ(board().now - from, qduino::Nanoseconds{1'000'000});
+    _delay_loop_1(0);  // 48 µs
+    EXPECT_EQ(board().now - from, qduino::Nanoseconds{1'048'000});
 }
 
 TEST_F(ArduinoAvr, CCallsTheSameFunctions) {

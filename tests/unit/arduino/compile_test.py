@@ -55,6 +55,28 @@ class Compiling(unittest.TestCase):
         self.refused('void setup() {}\nvoid loop(1, 0, 10) {}\n', '0 < budget <= period')
         self.refused('void setup() {}\nvoid loop(1, 5ms, 100us) {}\n', '0 < budget <= period')
 
+    def test_a_librarys_header_of_a_name_that_freertos_has(self):
+        with tempfile.TemporaryDirectory() as temporary:
+            library, source = pathlib.Path(temporary, 'library'), pathlib.Path(temporary, 'a.cpp')
+            library.mkdir()
+
+            def said(text):
+                source.write_text(text)
+                return subprocess.run([COMPILER, '-std=c++20', '-fsyntax-only', f'-I{SOURCE}', f'-I{SOURCE}/arduino', f'-I{library}', source],
+                                      capture_output=True, text=True).stderr
+            for name in ('queue', 'timers', 'task', 'semphr', 'event_groups'):
+                self.assertIn(f'{name}.h: No such file', said(f'#include <{name}.h>\n'))
+                (library / f'{name}.h').write_text(f'struct Of_{name} {{}};\n')
+                self.assertEqual(said(f'#include <{name}.h>\nOf_{name} mine;\n'), '')
+            self.assertEqual(said('#include <Arduino_FreeRTOS.h>\n#include <queue.h>\n#include <timers.h>\n#include <semphr.h>\n'
+                                  '#include <task.h>\n#include <event_groups.h>\nQueueHandle_t q; TimerHandle_t t; SemaphoreHandle_t s;\n'
+                                  'EventGroupHandle_t e;\nvoid f() { configASSERT(q == nullptr); }\n'), '')
+
+    def test_headers_by_other_names(self):
+        names = ['new.h', 'HID.h', 'PluggableUSB.h', 'USBAPI.h', *(f'api/{path.name}' for path in sorted((SOURCE / 'arduino/api').iterdir()))]
+        ok, messages = self.compile(''.join(f'#include <{name}>\n' for name in names) + 'void setup() {}\nvoid loop() {}\n')
+        self.assertTrue(ok, messages)
+
     def test_no_such_device_or_unit(self):
         self.refused('void setup() { noInterrupts(TOASTER, 1); }\nvoid loop() {}\n', 'TOASTER')
         self.refused('TIME_UNIT(weeks);\nvoid setup() {}\nvoid loop() {}\n', 'weeks')

@@ -68,6 +68,42 @@ TEST(ArduinoInfrared, ALengthThatDoesNotFitEndsTheFrame) {
     }
 }
 
+class ArduinoInfraredSent : public ArduinoTest {};
+
+/// (light, µs) from the PWM's duties.
+TEST_F(ArduinoInfraredSent, RawLengthsAsTheyAre) {
+    IRsend sender;
+    sender.begin(3, DISABLE_LED_FEEDBACK);
+    const std::uint16_t lengths[] = {9000, 4500, 560};
+    const qduino::Instant from = board().now;
+    board().pwm.clear();
+    sender.sendRaw(lengths, 3, 40);
+    EXPECT_EQ(board().now - from, qduino::Nanoseconds{14'060'000});
+    EXPECT_EQ(board().pwm_periods.back(), (qduino::fake::PwmPeriod{3, 25'000}));
+    EXPECT_EQ(sender.periodTimeMicros, 25U);
+    std::vector<bool> light;
+    for (const auto& event : board().pwm) light.push_back(event.duty > 0);
+    EXPECT_EQ(light, (std::vector<bool>{true, false, true, false}));
+    const std::uint8_t ticks[] = {20, 10};
+    const qduino::Instant next = board().now;
+    sender.sendRaw(ticks, 2, 38);
+    EXPECT_EQ(board().now - next, qduino::Nanoseconds{1'500'000});
+    EXPECT_TRUE(errors().empty());
+}
+
+TEST_F(ArduinoInfraredSent, AnotherProtocolIsReported) {
+    IRsend sender;
+    sender.begin(3);
+    board().pwm.clear();
+    sender.sendSony(1, 2, 3);
+    EXPECT_EQ(sender.write(SONY, 1, 2), 0U);
+    EXPECT_EQ(errors(), (std::vector<std::string>{"IRremote(0)", "IRremote(0)"}));
+    EXPECT_TRUE(board().pwm.empty());
+    EXPECT_EQ(sender.write(NEC, 1, 2), 1U);
+    EXPECT_EQ(board().pwm.size(), 68U) << "33 marks, 33 spaces; the last mark, and dark again";
+    EXPECT_STREQ(reinterpret_cast<const char*>(getProtocolString(OPENLASIR)), "OpenLASIR");
+}
+
 TEST(ArduinoInfrared, TheCommandHasItsInverseBehindIt) { EXPECT_EQ(nec::raw_of(0xFB04, 0x18), 0xE718FB04u); }
 
 }  // namespace

@@ -162,6 +162,24 @@ TEST_F(ArduinoLoops, EdgesOfTheModes) {
     EXPECT_EQ(board().calls.back(), "detach 2");
 }
 
+/// attachInterrupt(0, …) is pin 2 on an Uno and a Mega, and 1 is pin 3.
+TEST_F(ArduinoLoops, OldNumbersOfInterrupts) {
+    const auto handler = [] {};
+    for (const auto& [number, pin] : {std::pair{0, 2},
+                                      {1, 3},
+                                      {digitalPinToInterrupt(0), 0},
+                                      {digitalPinToInterrupt(1), 1},
+                                      {digitalPinToInterrupt(2), 2},
+                                      {digitalPinToInterrupt(19), 19}}) {
+        attachInterrupt(number, handler, RISING);
+        EXPECT_EQ(board().attached.back().pin, pin);
+        detachInterrupt(number);
+        EXPECT_EQ(board().calls.back(), "detach " + std::to_string(pin));
+    }
+    EXPECT_EQ(digitalPinToInterrupt(-1), NOT_AN_INTERRUPT);
+    EXPECT_TRUE(errors().empty());
+}
+
 TEST_F(ArduinoLoops, OverrunPolicyAndSafeState) {
     static int lateness = 0;
     overrunPolicy(3, OverrunPolicy::call_back, [](std::uint8_t, std::chrono::nanoseconds late) {

@@ -11,6 +11,7 @@
 #include "arduino/Ethernet.h"
 #include "arduino/LiquidCrystal.h"
 #include "arduino/WiFi.h"
+#include "arduino/avr/eeprom.h"
 #include "arduino/host/interface.h"
 #include "tests/unit/arduino/arduino_fixture.h"
 
@@ -86,6 +87,35 @@ TEST_F(ArduinoParts, EepromKeepsItsBytesInAFile) {
     int count = 0;
     for (EERef cell : EEPROM) count += cell == 0xff ? 0 : 1;
     EXPECT_EQ(count, 2 + 8);
+    std::filesystem::remove(path);
+}
+
+std::uint16_t EEMEM kept_starts[2];
+std::uint8_t EEMEM kept_byte;
+
+TEST_F(ArduinoParts, AvrLibcsEepromIsTheSame) {
+    const std::string path = file_in_temp("avr_eeprom");
+    ASSERT_TRUE(EEPROM.open(path.c_str()));
+    const auto at = [](std::size_t index) { return reinterpret_cast<std::uint8_t*>(index); };
+    eeprom_write_byte(at(300), 0x12);
+    eeprom_update_byte(at(301), 0x34);
+    EXPECT_EQ(EEPROM.read(300), 0x12);
+    EXPECT_EQ(eeprom_read_word(reinterpret_cast<std::uint16_t*>(at(300))), 0x3412);
+    EXPECT_EQ(eeprom_read_byte(at(4096)), 0xff) << "behind its end";
+    eeprom_write_byte(at(4096), 1);
+
+    const std::size_t first = qduino_eeprom_index(kept_starts), byte = qduino_eeprom_index(&kept_byte);
+    EXPECT_LT(first, 5U);
+    EXPECT_LT(byte, 5U);
+    EXPECT_EQ(qduino_eeprom_index(&kept_starts[1]), first + 2);
+    eeprom_update_word(&kept_starts[1], 0xABCD);
+    eeprom_update_byte(&kept_byte, 9);
+    EXPECT_EQ(eeprom_read_word(&kept_starts[1]), 0xABCD);
+    EXPECT_EQ(EEPROM.read(static_cast<int>(first) + 2), 0xCD);
+    EXPECT_EQ(EEPROM.read(static_cast<int>(byte)), 9);
+    std::uint8_t block[2];
+    eeprom_read_block(block, &kept_starts[1], sizeof block);
+    EXPECT_EQ(block[1], 0xAB);
     std::filesystem::remove(path);
 }
 

@@ -97,6 +97,20 @@ TEST_F(ArduinoPixels, AStripOfAnotherLengthIsDarkAndWhole) {
     EXPECT_EQ(shown(), "ws2812 on pin 6: 2 frames; shows 000000 000000 000000 405060\n");
 }
 
+TEST_F(ArduinoPixels, ARainbowGoesRoundTheStrip) {
+    Adafruit_NeoPixel strip(3, 6);
+    strip.rainbow(0, 1, 255, 255, false);
+    for (std::uint16_t i = 0; i < 3; ++i)
+        EXPECT_EQ(strip.getPixelColor(i),
+                  Adafruit_NeoPixel::ColorHSV(static_cast<std::uint16_t>(i * 65536 / 3)));
+    strip.rainbow(65000, -2, 200, 100);
+    EXPECT_EQ(strip.getPixelColor(1), Adafruit_NeoPixel::gamma32(Adafruit_NeoPixel::ColorHSV(
+                                          static_cast<std::uint16_t>(65000 - 2 * 65536 / 3), 200, 100)));
+    EXPECT_EQ(Adafruit_NeoPixel::sine8(0), 128);
+    EXPECT_EQ(Adafruit_NeoPixel::sine8(64), 255);
+    EXPECT_EQ(Adafruit_NeoPixel::sine8(192), 0);
+}
+
 TEST_F(ArduinoPixels, ColoursOfTheCircle) {
     EXPECT_EQ(Adafruit_NeoPixel::ColorHSV(0), 0xFF0000U);
     EXPECT_EQ(Adafruit_NeoPixel::ColorHSV(65536 / 6), 0xFFFE00U);

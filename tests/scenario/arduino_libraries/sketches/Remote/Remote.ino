@@ -11,6 +11,7 @@ void setup() {
 void loop() {
     if (IrReceiver.decode()) {
         if (IrReceiver.decodedIRData.protocol == NEC) IrReceiver.printIRResultShort(&Serial);
+        Serial.println(IrReceiver.irparams.rawlen);  // a pause, and each mark and space
         IrReceiver.resume();
     }
     if (!sent && millis() > 1000) {

@@ -1,0 +1,4 @@
+// ArduinoCore-API's name of CanMsgRingbuffer.h.
+#pragma once
+
+#include "arduino/CanMsgRingbuffer.h"

@@ -1,0 +1,4 @@
+// ArduinoCore-API's name of HardwareCAN.h.
+#pragma once
+
+#include "arduino/HardwareCAN.h"

@@ -1,0 +1,4 @@
+// ArduinoCore-API's name of SPI.h.
+#pragma once
+
+#include "arduino/SPI.h"

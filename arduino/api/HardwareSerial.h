@@ -1,0 +1,4 @@
+// ArduinoCore-API's name of HardwareSerial.h.
+#pragma once
+
+#include "arduino/HardwareSerial.h"

@@ -1,0 +1,4 @@
+// ArduinoCore-API's name of IPAddress.h.
+#pragma once
+
+#include "arduino/IPAddress.h"

@@ -1,0 +1,4 @@
+// ArduinoCore-API's name of Print.h.
+#pragma once
+
+#include "arduino/Print.h"

@@ -1,0 +1,4 @@
+// ArduinoCore-API's name of Printable.h.
+#pragma once
+
+#include "arduino/Printable.h"

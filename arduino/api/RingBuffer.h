@@ -1,0 +1,4 @@
+// ArduinoCore-API's name of RingBuffer.h.
+#pragma once
+
+#include "arduino/RingBuffer.h"

@@ -1,0 +1,4 @@
+// ArduinoCore-API's name of Server.h.
+#pragma once
+
+#include "arduino/Server.h"

@@ -1,0 +1,4 @@
+// ArduinoCore-API's name of Stream.h.
+#pragma once
+
+#include "arduino/Stream.h"

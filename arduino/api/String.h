@@ -1,0 +1,4 @@
+// ArduinoCore-API's name of WString.h.
+#pragma once
+
+#include "arduino/WString.h"

@@ -1,0 +1,8 @@
+/* The avr-libc whose names this board has. */
+#pragma once
+
+#define __AVR_LIBC_VERSION_STRING__ "2.0.0"
+#define __AVR_LIBC_VERSION__ 20000UL
+#define __AVR_LIBC_MAJOR__ 2
+#define __AVR_LIBC_MINOR__ 0
+#define __AVR_LIBC_REVISION__ 0
