@@ -1,10 +1,6 @@
 #include "arduino/Arduino_FreeRTOS.h"
 
-#include "arduino/core/lock.h"
-
 namespace {
-
-qduino::arduino::Lock critical;
 
 void notify(std::atomic<std::uint32_t>& notified, std::uint32_t value, eNotifyAction action) {
     if (action == eSetBits) notified.fetch_or(value);
@@ -17,8 +13,6 @@ void notify(std::atomic<std::uint32_t>& notified, std::uint32_t value, eNotifyAc
 TaskHandle_t qduino_task(TaskHandle_t task) { return task ? task : xTaskGetCurrentTaskHandle(); }
 
 void taskYIELD() { yield(); }
-void taskENTER_CRITICAL() { critical.lock(); }
-void taskEXIT_CRITICAL() { critical.unlock(); }
 
 BaseType_t xTaskNotify(TaskHandle_t task, std::uint32_t value, eNotifyAction action) {
     if (!task || (action == eSetValueWithoutOverwrite && task->notification_waits.load())) return pdFAIL;

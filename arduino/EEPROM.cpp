@@ -20,7 +20,8 @@ namespace {
 
 constexpr std::size_t kSize = E2END + 1;
 
-qduino::arduino::Lock opening;
+// Once in a run: the first access opens the file, in setup() or out of time.
+qduino::arduino::Lock opening{"EEPROM", qduino::runtime::Unsaid::brief};
 std::atomic<std::uint8_t*> bytes{nullptr};  // null until first used
 bool in_file = false;
 

@@ -83,7 +83,8 @@ class FastAccelStepper {
     std::uint32_t acceleration_ = 0;  // wanted
     int level_of_direction_ = -1;
 
-    qduino::arduino::Lock lock_;  // of what follows
+    // It keeps what follows.
+    qduino::arduino::Lock lock_{"FastAccelStepper", qduino::runtime::Unsaid::brief};
     qduino::arduino::StepRamp ramp_;
     bool waits_ = false;     // a step is on its way, at due_
     int direction_ = 1;      // of that step

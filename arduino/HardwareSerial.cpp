@@ -25,6 +25,7 @@ void HardwareSerial::begin(unsigned long baud, std::uint16_t config, SerialPort&
 }
 
 void HardwareSerial::open(unsigned long baud, std::uint16_t config, SerialPort* port) {
+    lock_.declaration().use();
     if (qduino::arduino::succeeded("Serial.begin", number_, port->open(baud, config))) {
         port_ = port;
         line_.open(baud, config);

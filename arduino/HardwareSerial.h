@@ -41,10 +41,17 @@ inline constexpr std::uint16_t SERIAL_5O2 = 0x522, SERIAL_6O2 = 0x622, SERIAL_7O
 #define SERIAL_PORT_HARDWARE_OPEN1 Serial2
 #define SERIAL_PORT_HARDWARE_OPEN2 Serial3
 
-class HardwareSerial : public Stream {
+/// Where bytes take time (a board file's uart_per_byte), say in setup() which loops write, and how
+/// long: Serial.heldBy(1, 2ms). Else admission assumes that every loop of a core writes kUsualBytes
+/// at a time.
+class HardwareSerial : public Stream, public qduino::arduino::SaysWhoHolds<HardwareSerial> {
   public:
+    /// A long line.
+    static constexpr std::size_t kUsualBytes = 128;
+
     /// Serial `number`; 0 is the console.
-    explicit HardwareSerial(int number) : number_(number) {}
+    explicit HardwareSerial(int number)
+        : number_(number), lock_(name_of(number), qduino::board::DeviceClass::uart, kUsualBytes) {}
     /// A port that was handed in may be gone already: it is its owner's to close.
     ~HardwareSerial() override {
         if (owned_) end();
@@ -94,6 +101,11 @@ class HardwareSerial : public Stream {
     /// Bytes that have come in.
     [[nodiscard]] std::size_t arrived();
     void open(unsigned long baud, std::uint16_t config, qduino::arduino::SerialPort* port);
+
+    friend class qduino::arduino::SaysWhoHolds<HardwareSerial>;
+    static constexpr const char* name_of(int number) {
+        return number == 0 ? "Serial" : number == 1 ? "Serial1" : number == 2 ? "Serial2" : "Serial3";
+    }
 
     int number_;
     qduino::arduino::Lock lock_;

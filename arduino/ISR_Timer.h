@@ -62,6 +62,6 @@ class ISR_Timer {
         return timer < timers_.size() && timers_[timer].function;
     }
 
-    qduino::arduino::Lock changing_;
+    qduino::arduino::Lock changing_{"ISR_Timer", qduino::runtime::Unsaid::brief};
     std::array<Timer, MAX_TIMERS> timers_{};
 };

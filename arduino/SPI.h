@@ -45,11 +45,14 @@ class SPISettings {
     qduino::board::SpiSettings settings_;
 };
 
-class SPIClass {
+/// Say in setup() which loops hold the bus, and how long: SPI.heldBy(1, 2ms). A bus that says
+/// nothing may be held by every loop of a core for its whole budget, as far as admission knows:
+/// what stands between beginTransaction() and endTransaction() is the sketch's.
+class SPIClass : public qduino::arduino::SaysWhoHolds<SPIClass> {
   public:
-    explicit SPIClass(std::uint8_t number) : bus_{number} {}
+    explicit SPIClass(std::uint8_t number) : bus_{number}, lock_(number == 0 ? "SPI" : "SPI1", kUnsaid) {}
 
-    void begin() {}
+    void begin() { qduino::arduino::declare_use(lock_); }
     void end() {}
     void beginTransaction(const SPISettings& settings);
     void endTransaction() { lock_.unlock(); }
@@ -74,6 +77,9 @@ class SPIClass {
     void setClockDivider(std::uint8_t divider);
 
   private:
+    friend class qduino::arduino::SaysWhoHolds<SPIClass>;
+    static constexpr auto kUnsaid = qduino::runtime::Unsaid::whole_budgets_nearby;
+
     qduino::board::SpiBus bus_;
     qduino::arduino::Lock lock_;
     qduino::board::SpiSettings settings_;

@@ -18,6 +18,7 @@ inline const LoopRegistration software_serial_registration{31,
                                                            Nanoseconds{100'000},
                                                            QDUINO_SOFTWARE_SERIAL_CORE,
                                                            Nanoseconds{0},
+                                                           0,
                                                            &serve_software_serial,
                                                            "SoftwareSerial",
                                                            0};

@@ -24,18 +24,26 @@
 #define WIRE_HAS_END 1
 #define WIRE_HAS_TIMEOUT 1
 
-class TwoWire : public Stream {
+/// Say in setup() which loops use the bus, and how long each transaction takes: Wire.heldBy(3,
+/// 1ms). Of a bus that says nothing admission assumes that every loop of a core holds it for
+/// kUsualBytes at a time.
+class TwoWire : public Stream, public qduino::arduino::SaysWhoHolds<TwoWire> {
   public:
-    /// Bus `number` of the board.
-    explicit TwoWire(std::uint8_t number) : bus_{number} {}
+    /// The address, and an AVR's two buffers: 32 bytes out, 32 in.
+    static constexpr std::size_t kUsualBytes = 65;
 
-    void begin() {}
+    /// Bus `number` of the board.
+    explicit TwoWire(std::uint8_t number)
+        : bus_{number}, lock_(number == 0 ? "Wire" : "Wire1", qduino::board::DeviceClass::i2c, kUsualBytes) {}
+
+    void begin() { qduino::arduino::declare_use(lock_); }
     /// This board is a master only. A call with an own address is reported as an error, and changes
     /// nothing.
     void begin(int own_address);
     void end();
-    /// The bus's speed is the board's; accepted and ignored.
-    void setClock(std::uint32_t) {}
+    /// The bus's speed is the board's. Admission takes this one for it where the board does not
+    /// say.
+    void setClock(std::uint32_t hz) { lock_.declaration().set_clock(hz); }
     /// The board has its own timeout; accepted and ignored.
     void setWireTimeout(std::uint32_t = 25000, bool = false) {}
     [[nodiscard]] bool getWireTimeoutFlag() { return mine().timed_out; }
@@ -87,6 +95,8 @@ class TwoWire : public Stream {
     /// Sends a transaction that endTransmission(false) kept and no requestFrom followed.
     void send_kept(Transaction& transaction);
     std::uint8_t transfer(Transaction& transaction, std::size_t out_size, std::size_t in_size);
+
+    friend class qduino::arduino::SaysWhoHolds<TwoWire>;
 
     qduino::board::I2cBus bus_;
     qduino::arduino::Lock lock_;  // held for a transaction

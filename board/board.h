@@ -104,6 +104,14 @@ class Board {
     /// say so by busy_until(). False where the port is real: there the hardware does.
     [[nodiscard]] virtual bool serial_takes_time() const { return false; }
 
+    /// How long so many bytes keep a bus, or a serial port, at `clock_hz` (0: nobody said): for who
+    /// waits for it. Here the bus' own bits; what a serial port takes is its buffer's. Setup-time.
+    [[nodiscard]] virtual Nanoseconds bus_time(DeviceClass device, std::size_t bytes,
+                                               std::uint32_t clock_hz) const;
+    /// What each edge of a pin with a handler takes, above every loop, beside what
+    /// platform_overheads() counts.
+    [[nodiscard]] virtual EdgeCost edge_cost() const { return {}; }
+
     // ---- locks ----------------------------------------------------------------------------------
     virtual void lock(LockWord& word) = 0;
     /// False when somebody holds it, perhaps the caller.
@@ -116,6 +124,8 @@ class Board {
     [[nodiscard]] virtual VcpuId current_vcpu() const = 0;
     /// How long the calling VCPU has slept so far, in sleep_until(): for what a release sleeps.
     [[nodiscard]] virtual Nanoseconds slept() const { return Nanoseconds{0}; }
+    /// In how many sleeps.
+    [[nodiscard]] virtual std::int64_t sleeps() const { return 0; }
     /// Starts the VCPUs, once. An I/O VCPU without an entry runs the handlers that are attached to
     /// it. Nothing runs after an error.
     virtual Result<void> start(std::span<const VcpuSpec> specs) = 0;

@@ -82,6 +82,13 @@ struct Incidents {
     }
 };
 
+/// The top half of an edge, and how close two edges of a pin come at the most; an interval of 0
+/// with a cost: nobody knows.
+struct EdgeCost {
+    Nanoseconds each{};
+    Nanoseconds interval{};
+};
+
 /// A lock between VCPUs. 0 is free; the board decides what other values mean. It must not move
 /// while it is in use.
 struct LockWord {
@@ -95,6 +102,11 @@ struct VcpuSpec : sched::Vcpu {
     /// Runs on the VCPU until the board stops; returns when stop_requested().
     void (*entry)(void*) = nullptr;
     void* context = nullptr;
+    /// What it may run without budget for those that wait for its locks; 0: it says nothing of
+    /// them.
+    Nanoseconds overrun{};
+    /// A loop: how often a release asks for locks, as admission has it.
+    int requests = 0;
 };
 
 }  // namespace qduino::board

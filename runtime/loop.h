@@ -51,6 +51,7 @@ struct LoopStatistics {
     Counter dropped;          ///< releases that were never run
     Counter lateness_ns_max;  ///< worst end after the next was due
     Counter slept_ns_max;     ///< longest sleep within a release
+    Counter sleeps_max;       ///< most sleeps within a release
     /// When the release in hand began, on the board's clock; 0: none has.
     Counter release_began_ns;
     Counter ended;                 ///< 1: the board stopped, and the loop's last pass is over
@@ -69,6 +70,7 @@ struct Loop {
     static constexpr Nanoseconds kRecorded{-1};
     Nanoseconds latency = kRecorded;  ///< of the release in hand, until it is in the statistics
     Nanoseconds slept_before{};       ///< this release: board::Board::slept()
+    std::int64_t sleeps_before = 0;   ///< likewise: sleeps()
     /// wait_for_next_period() was called in this pass of the body.
     bool waited = false;
     /// The board knows how long a release may last: the sketch said so, or the default holds.

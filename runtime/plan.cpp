@@ -18,6 +18,23 @@ std::string place_of(const LoopDeclaration& declaration) {
     return text<std::string>(std::string_view{declaration.file}, ':', declaration.line);
 }
 
+/// The numbers of a declaration, before they enter a proof. Budget, period and core have refusals
+/// of their own, which name the place as well (admission.h).
+Result<void> check_numbers(const LoopDeclaration& loop) {
+    constexpr int kMostSleeps = 1'000'000;
+    const auto bad = [&](auto... words) {
+        return make_error(ErrorCode::invalid_argument, place_of(loop), ": loop ", loop.id, words...);
+    };
+    if (loop.core < kAnyCore) return bad(" names core ", loop.core, "; the first is 0");
+    if (loop.suspension < Nanoseconds{0} || loop.suspension > loop.period)
+        return bad(" sleeps ", loop.suspension, ", which is not within 0 and its period, ", loop.period);
+    if (loop.sleeps < 1 || loop.sleeps > kMostSleeps)
+        return bad(" sleeps ", loop.sleeps, " times; 1 to ", kMostSleeps, " is possible");
+    if (loop.says_sleeps && loop.suspension == Nanoseconds{0})
+        return bad(" sleeps ", loop.sleeps, " times, for no time at all");
+    return {};
+}
+
 Result<void> check_declarations(const SketchTable& table) {
     if (table.dropped > 0) {
         return make_error(ErrorCode::out_of_range, "the sketch declares ",
@@ -30,6 +47,7 @@ Result<void> check_declarations(const SketchTable& table) {
             return make_error(ErrorCode::invalid_argument, place_of(loop),
                               ": a loop has an id of 1…32 and a body");
         }
+        QDUINO_TRY(check_numbers(loop));
         for (const LoopDeclaration& other : table.loops) {
             if (&other == &loop || other.id != loop.id) continue;
             return make_error(ErrorCode::already_exists, place_of(other), ": loop ", loop.id,
@@ -148,17 +166,102 @@ Nanoseconds Plan::longest_period(const ChainVerdict& chain, board::VcpuId id) co
     return sched::longest_period(*scratch, chain.chain.stages, chain.chain.limits, id);
 }
 
+void Plan::add_edges(board::VcpuId id, board::EdgeCost cost) {
+    if (cost.each <= Nanoseconds{0}) return;
+    sched::Vcpu& io = *std::ranges::find(requests_, id, &sched::Vcpu::id);
+    io.edge_cost += cost.each;
+    io.edge_interval = cost.interval;
+    if (cost.interval > Nanoseconds{0}) return;
+    refuse(
+        text<std::string>("each edge of a pin with a handler takes ", cost.each,
+                          " above every loop (edge_top_half), and nothing says how often edges come: "
+                          "say the least time between two of a pin in the board file, [sim] edge_interval"));
+}
+
+void Plan::refuse(const std::string& reason) {
+    if (refused_.empty()) refused_ = reason;
+}
+
+/// A handler's lock stays on its core, and no second handler is connected with it: the analysis
+/// (blocking.h) has no more.
+Result<void> Plan::refuse_handlers_apart() const {
+    for (const sched::CriticalSection& of_handler : sections_) {
+        if (of_handler.loop < board::kFirstIoVcpu || of_handler.assumed) continue;
+        std::uint32_t locks = std::uint32_t{1} << of_handler.lock;
+        const auto shares = [&](board::VcpuId id) {
+            return std::ranges::any_of(sections_, [&](const sched::CriticalSection& each) {
+                return each.loop == id && !each.assumed && (locks >> each.lock & 1);
+            });
+        };
+        for (std::uint32_t before = 0; before != locks;) {
+            before = locks;
+            for (const sched::CriticalSection& each : sections_) {
+                if (!each.assumed && shares(each.loop)) locks |= std::uint32_t{1} << each.lock;
+            }
+        }
+        for (const sched::Vcpu& other : requests_) {
+            if (other.id == of_handler.loop || !shares(other.id)) continue;
+            if (!other.is_io() && admission_->core_of(other.id) == admission_->core_of(of_handler.loop))
+                continue;
+            return make_error(ErrorCode::out_of_range, "a handler on I/O VCPU ", of_handler.loop,
+                              " shares a lock with ", vcpu_name(other.id), ", which is ",
+                              other.is_io() ? "a handler, too" : "on another core",
+                              ": how long they wait is not known. Give the bytes over in a RingBuffer or a "
+                              "Channel instead");
+        }
+    }
+    return {};
+}
+
+/// Where something that the analysis needs was not said.
+Result<void> Plan::refuse_unknown() const {
+    QDUINO_TRY(refuse_handlers_apart());
+    for (const sched::CoreLoad& load : admission_->loads) {
+        const sched::CompletionTime analysis{load};
+        for (const LoopDeclaration& loop : declarations_) {
+            if (loop.suspension == Nanoseconds{0} || loop.says_sleeps) continue;
+            if (!analysis.blocks_after_each_sleep(loop.id)) continue;
+            return make_error(
+                ErrorCode::invalid_argument, place_of(loop), ": loop ", loop.id, " sleeps ", loop.suspension,
+                ", and may wait for a lock, or wake late, after each piece of that sleep: say in "
+                "how many pieces it sleeps, as the sixth argument of loop()");
+        }
+    }
+    return {};
+}
+
+/// What the servers get beside the budgets, for as long as the loops run.
+void Plan::give_allowances() {
+    for (sched::CoreLoad& load : admission_->loads) {
+        for (sched::Vcpu& loop : load.mains) {
+            loop.allowance = load.allowance_of(loop);
+            std::ranges::find(requests_, loop.id, &sched::Vcpu::id)->allowance = loop.allowance;
+        }
+    }
+}
+
 Result<void> Plan::admit(const std::vector<sched::PlatformOverheads>& overheads) {
     if (too_many_chains_) return make_error(ErrorCode::out_of_range, "more than ", kChainLimit, " chains");
     if (too_many_sections_)
-        return make_error(ErrorCode::out_of_range, "more than ", sections_.size(),
-                          " critical sections: use fewer Mutexes, or say which loops hold them (heldBy)");
+        refuse(text<std::string>(
+            "more than ", sections_.size(),
+            " critical sections: use fewer Mutexes, or say which loops hold them (heldBy)"));
+    if (!refused_.empty() && enforce_) {
+        explanation_ = std::string_view{refused_};
+        return make_error(ErrorCode::out_of_range, refused_);
+    }
     sched::admit_all(requests_, overheads, sections_, *admission_);
     before_.resize(admission_->loads.size());
     asked_.resize(admission_->loads.size());
     if (admission_->admitted) make_deferrable();
+    give_allowances();
+    if (Result<void> known; admission_->admitted && !(known = refuse_unknown()).ok()) {
+        admission_->admitted = !enforce_;
+        explanation_ = known.error().message.view();
+        return enforce_ ? known : Result<void>{};
+    }
     explanation_ = sched::explain(*admission_);
-    if (!admission_->admitted) return enforce_ ? refuse() : Result<void>{};
+    if (!admission_->admitted) return enforce_ ? refusal_in_short() : Result<void>{};
     const Result<void> kept = judge_chains("");
     for (const ChainVerdict& chain : chains_)
         if (!chain.holds()) explain_chain(explanation_, chain);
@@ -166,7 +269,7 @@ Result<void> Plan::admit(const std::vector<sched::PlatformOverheads>& overheads)
 }
 
 /// The refusal in one line.
-Result<void> Plan::refuse() const {
+Result<void> Plan::refusal_in_short() const {
     const sched::Refusal& refusal = admission_->refusal;
     const auto declared = std::ranges::find(declarations_, refusal.vcpu.id, &LoopDeclaration::id);
     const ErrorCode code = refusal.because == RefusedBecause::bad_parameters ? ErrorCode::invalid_argument
@@ -232,7 +335,15 @@ Result<void> Plan::judge(Change change, const char* name, Instant now) {
     auto& loads = admission_->loads;
     const auto refusal = [&]() -> Result<void> {
         for (const sched::CoreLoad& each : loads) {
-            if (!enforce_ || (each.mains.empty() && each.ios.empty()) || sched::is_admissible(each)) continue;
+            if (!enforce_ || (each.mains.empty() && each.ios.empty())) continue;
+            for (const sched::Vcpu& loop : each.mains) {
+                if (each.allowance_of(loop) <= loop.allowance) continue;
+                return make_error(ErrorCode::out_of_range, name, ", loop ", loop.id, " on core ", each.core,
+                                  " would pay ", each.allowance_of(loop),
+                                  " of a period for interrupts, and has ", loop.allowance,
+                                  " for them since it was started");
+            }
+            if (sched::is_admissible(each)) continue;
             return refused_change(name, each.core, sched::admit_without_remedy(each).refusal);
         }
         return {};
@@ -348,9 +459,10 @@ sched::CoreLoad load_with(const sched::MulticoreAdmission& admission, board::Vcp
 
 }  // namespace
 
-sched::LoopResponse Plan::response_with_sleep(board::VcpuId id, Nanoseconds sleep) const {
-    const sched::CoreLoad load = load_with(*admission_, id, [sleep](sched::Vcpu& loop) {
+sched::LoopResponse Plan::response_with_sleep(board::VcpuId id, Nanoseconds sleep, int pieces) const {
+    const sched::CoreLoad load = load_with(*admission_, id, [&](sched::Vcpu& loop) {
         loop.suspension = sleep;
+        loop.sleeps = pieces;
         loop.deferrable = true;
     });
     const sched::Admission judged = sched::admit_without_remedy(load);
@@ -413,6 +525,8 @@ std::vector<board::VcpuSpec> Plan::specs() const {
         spec.core = std::max({admission_->core_of(spec.id), spec.core, 0});
         spec.owns_core = owner_of(spec.core) == spec.id;
         if (spec.is_io()) spec.client_period = client_period(spec.core);
+        spec.overrun = sched::longest_overrun(sections_, spec.id);
+        spec.requests = sched::requests_of(sections_, spec.id);
         specs.push_back(spec);
     }
     return specs;

@@ -49,6 +49,11 @@ class Plan {
     Result<board::VcpuId> add_io(Nanoseconds budget, Nanoseconds period, int core);
     /// Beyond what the table holds nothing is added, and admit() refuses.
     void add_section(const sched::CriticalSection& section);
+    /// A pin more whose edges have a handler on I/O VCPU `id`. Where the board does not know how
+    /// often edges come, admit() refuses.
+    void add_edges(board::VcpuId id, board::EdgeCost cost);
+    /// What is declared cannot stand, and why: admit() refuses with the first of these.
+    void refuse(const std::string& reason);
 
     /// Judged with all else: a chain that does not keep its limits is a refusal. Beyond 16 none is
     /// added, and admit() refuses.
@@ -74,8 +79,10 @@ class Plan {
     /// nothing. Contract: admit() was called.
     Result<void> change_io(board::VcpuId id, sched::VcpuParameters parameters, Instant now);
 
-    /// R of the loop `id` if each release of it slept so long. Contract: admitted.
-    [[nodiscard]] sched::LoopResponse response_with_sleep(board::VcpuId id, Nanoseconds sleep) const;
+    /// R of the loop `id` if each release of it slept so long, in so many pieces. Contract:
+    /// admitted.
+    [[nodiscard]] sched::LoopResponse response_with_sleep(board::VcpuId id, Nanoseconds sleep,
+                                                          int pieces) const;
 
     /// How long, at least, a release of the loop `id` may sleep in all, in one sleep more than it
     /// declares; 0: not at all. Contract: admitted.
@@ -124,11 +131,14 @@ class Plan {
     };
 
     void make_deferrable();
-    [[nodiscard]] Result<void> refuse() const;
+    [[nodiscard]] Result<void> refusal_in_short() const;
     /// Error: the first chain that does not hold.
     [[nodiscard]] Result<void> judge_chains(const char* change);
     void explain_chain(sched::Explanation& out, const ChainVerdict& chain) const;
     [[nodiscard]] bool fits(const sched::CoreLoad& load, bool with_promise_below);
+    [[nodiscard]] Result<void> refuse_unknown() const;
+    [[nodiscard]] Result<void> refuse_handlers_apart() const;
+    void give_allowances();
     /// Writes the verdict on each core, as it is loaded now.
     void judge_all();
     /// Makes `change` to the loads of the cores when all of them can bear that; else the refusal of
@@ -149,6 +159,7 @@ class Plan {
     bool too_many_sections_ = false;
     bool too_many_chains_ = false;
     ChainVerdicts declared_chains_, chains_;
+    std::string refused_;  // the first reason; empty: none
     std::vector<LoopDeclaration> declarations_;
     sched::CriticalSections sections_;
     std::vector<sched::Vcpu> requests_;

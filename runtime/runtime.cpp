@@ -56,16 +56,52 @@ Result<void> Runtime::begin(const SketchTable& table, void (*setup)()) {
     board_.note_setup(false);
     QDUINO_TRY(plan_.add_loops(table));  // those that setup() has made
     for (const LoopDeclaration& declaration : table.loops) loop_at(declaration.id).declaration = declaration;
-    LockDeclaration::each_section(
-        table, [this](const sched::CriticalSection& section) { plan_.add_section(section); });
+    LockDeclaration::note_setup(table.setup && !setup);
+    add_sections(table);
     ChainDeclaration::take_each([this](const Chain& chain) {
         if (chain.is_declared()) add_chain(chain);
     });
+    if (options_.profile || options_.measure_locks) LockDeclaration::measure_all();
     overheads_ = overheads_of(board_, plan_);
     QDUINO_TRY(plan_.admit(overheads_));
     watch_chains();
     begun_ = true;
     return start_loops();
+}
+
+/// What the sketch says of its locks, checked before it enters a proof, and what is assumed.
+void Runtime::add_sections(const SketchTable& table) {
+    LockDeclaration::each([&](const LockDeclaration& lock) {
+        if (lock.too_many()) plan_.refuse(text<std::string>("more than 32 heldBy() of ", lock.name()));
+        for (const LockDeclaration::Section& said : lock.said()) {
+            const bool known = said.handler != nullptr ||
+                               std::ranges::count(table.loops, said.loop, &LoopDeclaration::id) > 0;
+            const auto refuse = [&](auto... words) {
+                plan_.refuse(text<std::string>(std::string_view{said.file}, ':', said.line, ": heldBy() of ",
+                                               lock.name(), words...));
+            };
+            if (!known) refuse(" names loop ", said.loop, ", which the sketch does not declare");
+            if (said.length < Nanoseconds{0} || said.length > sched::kPeriodMax)
+                refuse(" says ", said.length, "; a length is 0 to 24 h");
+            if (said.handler && handlers_of(said.handler).empty()) refuse(" names a handler that no pin has");
+        }
+    });
+    LockDeclaration::each_section(
+        table, board_, [this](const sched::CriticalSection& section) { plan_.add_section(section); },
+        [this](sched::CriticalSection section, void (*handler)()) {
+            for (const board::VcpuId io : handlers_of(handler)) {
+                section.loop = io;
+                plan_.add_section(section);
+            }
+        });
+}
+
+FixedVector<board::VcpuId, sched::kIoVcpuLimit> Runtime::handlers_of(void (*handler)()) const {
+    FixedVector<board::VcpuId, sched::kIoVcpuLimit> found;
+    for (const Handler& each : handlers_) {
+        if (each.function == handler && std::ranges::count(found, each.io) == 0) found.push_back(each.io);
+    }
+    return found;
 }
 
 Result<void> Runtime::start_loops() {
@@ -189,6 +225,7 @@ void Runtime::wait_for_next_period() {
         promise_by_default(*loop);
     record_latency(*loop);
     loop->statistics.slept_ns_max.raise_to((board_.slept() - loop->slept_before).count());
+    loop->statistics.sleeps_max.raise_to(board_.sleeps() - loop->sleeps_before);
     const Release release = loop->clock.next(ended, loop->policy);
     if (release.overrun()) count_overrun(*loop, release);
     if (release.nominal > ended) wait_until(*loop, release.nominal);
@@ -212,6 +249,7 @@ void Runtime::begin_release(Loop& loop, const Release& release) {
     if (!release.overrun() || loop.policy != OverrunPolicy::keep_phase) loop.statistics.releases.add(1);
     loop.slept_before = board_.slept();
     chains_begin(loop, now);
+    loop.sleeps_before = board_.sleeps();
     board_.note_release(release.nominal);
 }
 
@@ -321,6 +359,7 @@ Result<void> Runtime::attach_interrupt(board::PinId pin, board::Edge edge, void 
         QDUINO_TRY_ASSIGN(io, plan_.add_io(options_.default_io_budget, options_.default_io_period, core));
         gpio_io_ = io_of_device_[static_cast<std::size_t>(board::DeviceClass::gpio)] = io;
     }
+    if (!handlers_[pin.number].function) plan_.add_edges(io, board_.edge_cost());
     handlers_[pin.number] = {
         .runtime = this,
         .function = handler,

@@ -37,6 +37,9 @@ struct RuntimeOptions {
     /// Measure the CPU time of each release and each run of a handler: two system calls before it,
     /// and two behind.
     bool profile = false;
+    /// Measure how long each lock is held: two system calls for each time, where the board needs
+    /// any.
+    bool measure_locks = false;
 };
 
 class Runtime {
@@ -68,6 +71,7 @@ class Runtime {
     [[nodiscard]] const Plan& plan() const { return plan_; }
     [[nodiscard]] const sched::Explanation& explanation() const { return plan_.explanation(); }
     [[nodiscard]] board::Board& board() { return board_; }
+    [[nodiscard]] const board::Board& board() const { return board_; }
     /// Null when no loop has this id.
     [[nodiscard]] const Loop* loop(board::VcpuId id) const {
         return id < loops_.size() ? loops_[id].get() : nullptr;
@@ -120,6 +124,8 @@ class Runtime {
     Result<void> route_interrupts(board::DeviceClass device, int core, bool allowed);
     /// False holds back handlers that have not begun; they run when it is true again.
     void global_interrupts(bool enabled) { handlers_held_.store(!enabled, std::memory_order_release); }
+    /// The I/O VCPUs that run `handler`.
+    [[nodiscard]] FixedVector<board::VcpuId, sched::kIoVcpuLimit> handlers_of(void (*handler)()) const;
     [[nodiscard]] bool handlers_held() const { return handlers_held_.load(std::memory_order_acquire); }
     /// How often handlers have run, all together. It wraps around.
     [[nodiscard]] std::uint32_t handler_runs() const { return handler_runs_.load(std::memory_order_acquire); }
@@ -133,6 +139,7 @@ class Runtime {
         std::vector<ChainPlace> chains;
     };
 
+    void add_sections(const SketchTable& table);
     Loop& loop_at(board::VcpuId id);
     [[nodiscard]] Loop* current_loop();
     Result<void> start_loops();

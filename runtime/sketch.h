@@ -32,6 +32,9 @@ struct LoopDeclaration : sched::Vcpu {
     const char* file = "";  ///< where it is declared, for refusals
     int line = 0;
     bool classic = false;  ///< Arduino's own loop(), without a budget of its author's
+    /// The author says in how many pieces a release sleeps. Else it counts as one, and admission
+    /// refuses where the number matters.
+    bool says_sleeps = false;
 };
 
 /// The declared loops, in order of declaration. `dropped` counts those past the 32nd.

@@ -59,13 +59,14 @@ Nanoseconds shortest_period(const CoreLoad& load) {
 
 /// Left side of the bound, rounded up, with what the platform takes.
 std::int64_t utilisation_of(const CoreLoad& load) {
-    const Nanoseconds overhead = load.overheads.per_activation();
+    const PlatformOverheads overheads = load.all_overheads();
+    const Nanoseconds overhead = overheads.per_activation();
     std::int64_t sum = 0;
     std::int64_t blocking = 0;
     for (const Vcpu& main : load.mains) {
         const Nanoseconds period = main.period;
-        sum = add_saturated(sum, ratio_up(main.budget + overhead, period));
-        blocking = std::max(blocking, ratio_up(load.overheads.interference(period), period));
+        sum = add_saturated(sum, ratio_up(main.budget + overhead + load.allowance_of(main), period));
+        blocking = std::max(blocking, ratio_up(overheads.interference(period), period));
     }
     for (const Vcpu& io : load.ios) {
         const std::int64_t share = std::min(kOne, ratio_up(io.budget, io.period));
@@ -86,7 +87,7 @@ bool bound_applies(const CoreLoad& load) {
                share > load.overheads.per_activation().count();
     };
     return load.sections.empty() && load.mains.size() <= load.overheads.priorities &&
-           load.overheads.kept_budget == Nanoseconds{0} &&
+           load.overheads.kept_budget == Nanoseconds{0} && load.overheads.wake_latency == Nanoseconds{0} &&
            std::none_of(load.mains.begin(), load.mains.end(), sleeps) &&
            std::all_of(load.ios.begin(), load.ios.end(), covers);
 }

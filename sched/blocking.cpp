@@ -6,21 +6,50 @@
 
 namespace qduino::sched {
 
-Blocking::Blocking(std::span<const VcpuId> by_rank, std::span<const CriticalSection> sections)
+Nanoseconds longest_overrun(std::span<const CriticalSection> sections, VcpuId holder) {
+    const auto is_shared = [&](const CriticalSection& own) {
+        return std::ranges::any_of(sections, [&](const CriticalSection& other) {
+            return other.loop != holder && other.lock == own.lock && other.length > Nanoseconds{0};
+        });
+    };
+    Nanoseconds sum{};
+    for (const CriticalSection& section : sections) {
+        if (section.loop == holder && is_shared(section)) sum += section.length;
+    }
+    return sum;
+}
+
+int requests_of(std::span<const CriticalSection> sections, VcpuId loop) {
+    return static_cast<int>(std::ranges::count_if(sections, [loop](const CriticalSection& section) {
+        return section.loop == loop && section.length > Nanoseconds{0} && !section.assumed;
+    }));
+}
+
+Blocking::Blocking(std::span<const VcpuId> by_rank, std::span<const CriticalSection> sections,
+                   std::span<const VcpuId> handlers)
     : loops_(by_rank.size()) {
     QDUINO_EXPECT(loops_ <= kMainVcpuLimit);
+    for (const VcpuId handler : handlers) handlers_.push_back({.id = handler});
     for (const CriticalSection& section : sections) {
+        if (auto* const handler = std::ranges::find(handlers_, section.loop, &Handler::id);
+            handler != handlers_.end()) {
+            handler->locks |= Locks{1} << section.lock;
+            by_handlers_[section.lock] += section.length;
+        }
         const auto place = std::find(by_rank.begin(), by_rank.end(), section.loop);
         if (place == by_rank.end()) continue;
         const auto i = static_cast<std::size_t>(place - by_rank.begin());
         locks_of_[i] |= Locks{1} << section.lock;
+        ++requests_[i];
         longest_[i][section.lock] = std::max(longest_[i][section.lock], section.length);
     }
 }
 
-/// The locks of loop i and of those above it, and those at the end of a chain from there.
+/// The locks of loop i and of those above it, handlers among them, and those at the end of a chain
+/// from there.
 Blocking::Locks Blocking::that_block(std::size_t i) const {
     Locks locks = 0;
+    for (const Handler& handler : handlers_) locks |= handler.locks;
     for (std::size_t j = 0; j <= i; ++j) locks |= locks_of_[j];
     for (Locks before = 0; before != locks;) {
         before = locks;
@@ -47,6 +76,43 @@ Nanoseconds Blocking::of(std::size_t i) const {
     Nanoseconds by_lock{};
     for (const Nanoseconds length : of_lock) by_lock += length;
     return std::min(by_loop, by_lock);
+}
+
+/// All that a chain from `locks` may reach.
+Blocking::Locks Blocking::connected_with(Locks locks) const {
+    for (Locks before = 0; before != locks;) {
+        before = locks;
+        for (std::size_t j = 0; j < loops_; ++j) {
+            if (locks_of_[j] & locks) locks |= locks_of_[j];
+        }
+        for (const Handler& handler : handlers_) {
+            if (handler.locks & locks) locks |= handler.locks;
+        }
+    }
+    return locks;
+}
+
+Nanoseconds Blocking::by_handlers(std::size_t i) const {
+    const Locks locks = connected_with(locks_of_[i]);
+    Nanoseconds sum{};
+    for (std::size_t lock = 0; lock < kLockLimit; ++lock) {
+        if (locks >> lock & 1) sum += by_handlers_[lock];
+    }
+    return requests_[i] * sum;
+}
+
+Nanoseconds Blocking::of_handler(VcpuId handler) const {
+    const auto* const self = std::ranges::find(handlers_, handler, &Handler::id);
+    if (self == handlers_.end()) return Nanoseconds{0};
+    const Locks locks = connected_with(self->locks);
+    Nanoseconds sum{};
+    for (std::size_t lock = 0; lock < kLockLimit; ++lock) {
+        if (!(locks >> lock & 1)) continue;
+        Nanoseconds longest{};
+        for (std::size_t j = 0; j < loops_; ++j) longest = std::max(longest, longest_[j][lock]);
+        sum += longest;
+    }
+    return sum;
 }
 
 }  // namespace qduino::sched

@@ -15,6 +15,21 @@
 //
 // That order is not known here, so a loop that takes two locks is taken to hold both at once.
 // A release that also sleeps can be blocked again after each sleep.
+//
+// A handler (an I/O VCPU) that holds a lock may have no budget left, however high it ranks: then a
+// loop waits for it as for a lower one. It may be served again before the loop asks once more, so
+// this can happen at each request. And a handler that waits may rank above any loop: what a lower
+// loop locks with it delays all those between.
+//
+//   loop 1   ██ lock ░░░░░░░░████             ░ waits for the rest of the handler's section
+//   io 33  ██(lock)··········                 · no budget; goes on at the rank of loop 1: ▒
+//                    ▒▒▒▒▒▒▒▒
+//
+// A holder whose budget is spent goes on for its waiter, for no longer than its sections say. Its
+// server pays, out of the budgets to come. So the waiter pays for nobody, and a lower VCPU sees so
+// much more of the holder, once: overruns are charged forward. (A waiter that paid instead would
+// lack that at its own end: G. Lamastra, G. Lipari, L. Abeni, RTSS 2001, give it the bandwidth, and
+// not the time.)
 #pragma once
 
 #include <array>
@@ -27,33 +42,57 @@
 
 namespace qduino::sched {
 
-/// `loop` holds `lock` for at most `length` of its CPU time, sections inside included.
+/// `loop` (or an I/O VCPU) holds `lock` for at most `length` of its CPU time, sections inside
+/// included.
 struct CriticalSection {
     VcpuId loop = 0;
     std::uint8_t lock = 0;  ///< below kLockLimit
     Nanoseconds length{};
+    /// Nobody said who holds this lock: every loop of a core may, and no two cores share it. A wait
+    /// for it is paid for by the waiter's own budget.
+    bool assumed = false;
 };
 
 inline constexpr std::size_t kLockLimit = 32;  ///< locks that admission tells apart
-using CriticalSections = FixedVector<CriticalSection, 128>;
+using CriticalSections = FixedVector<CriticalSection, 256>;
+
+/// How long `holder` may run without budget, because somebody waits for a lock that it holds: all
+/// its sections under locks that another VCPU takes.
+[[nodiscard]] Nanoseconds longest_overrun(std::span<const CriticalSection> sections, VcpuId holder);
+
+/// How often a release of `loop` asks for locks that somebody said it takes.
+[[nodiscard]] int requests_of(std::span<const CriticalSection> sections, VcpuId loop);
 
 /// The blocking of every loop of one core.
 class Blocking {
   public:
-    /// `by_rank`: the loops of the core, at most kMainVcpuLimit, highest priority first. Sections
-    /// of other loops do not count.
-    Blocking(std::span<const VcpuId> by_rank, std::span<const CriticalSection> sections);
+    /// `by_rank`: the loops of the core, at most kMainVcpuLimit, highest priority first;
+    /// `handlers`: its I/O VCPUs. Sections of others do not count.
+    Blocking(std::span<const VcpuId> by_rank, std::span<const CriticalSection> sections,
+             std::span<const VcpuId> handlers = {});
 
-    /// How long a release of loop `by_rank[i]` can be blocked.
+    /// How long a release of loop `by_rank[i]` can be blocked by lower loops.
     [[nodiscard]] Nanoseconds of(std::size_t i) const;
+    /// How long it can wait for handlers, in all its requests together.
+    [[nodiscard]] Nanoseconds by_handlers(std::size_t i) const;
+    /// How long one service of I/O VCPU `handler` can wait for loops.
+    [[nodiscard]] Nanoseconds of_handler(VcpuId handler) const;
 
   private:
     using Locks = std::uint32_t;  // a bit each
     [[nodiscard]] Locks that_block(std::size_t i) const;
+    [[nodiscard]] Locks connected_with(Locks locks) const;
 
     std::size_t loops_;
     std::array<Locks, kMainVcpuLimit> locks_of_{};
+    std::array<int, kMainVcpuLimit> requests_{};
     std::array<std::array<Nanoseconds, kLockLimit>, kMainVcpuLimit> longest_{};
+    struct Handler {
+        VcpuId id = 0;
+        Locks locks = 0;
+    };
+    FixedVector<Handler, kIoVcpuLimit> handlers_;
+    std::array<Nanoseconds, kLockLimit> by_handlers_{};
 };
 
 }  // namespace qduino::sched

@@ -78,7 +78,7 @@ void BudgetAccount::release(Instant nominal) {
 
 void BudgetAccount::holds() {
     take_up_work();  // what it has overrun so far is not the lock's
-    if (locks_++ == 0) grace_ = server_.parameters().budget;
+    if (locks_++ == 0) grace_ = std::max(server_.parameters().budget, overrun_);
 }
 
 bool BudgetAccount::releases() {

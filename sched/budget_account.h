@@ -40,7 +40,8 @@
 // priority. If it went on at its rank instead, it would hold up those who want no lock. So a thread
 // whose budget ends while it holds one steps back: it goes on where nobody else wants the core, and
 // at the rank of whoever waits for the lock (the board's inheritance). It may overrun by one budget
-// each time that it holds any; the server charges the overrun forward.
+// each time that it holds any, or by as much as its sections say (a handler's may be longer than
+// its budget); the server charges the overrun forward.
 //
 // Invariants: CPU time that an event tells of is charged exactly once, except the ways through
 // sleeps that admission counts. A thread is throttled only while its server has nothing available.
@@ -122,6 +123,8 @@ class BudgetAccount {
     BudgetEffect change(const BudgetReading& reading, VcpuParameters parameters);
     /// The thread begins the release that was due at `nominal`.
     void release(Instant nominal);
+    /// Its sections under locks last so long, all together (blocking.h).
+    void may_overrun(Nanoseconds longest) { overrun_ = longest; }
     /// The thread is about to take a lock. Nests.
     void holds();
     /// It has released one. True: it overran and holds none any more; call timer() at once.
@@ -151,6 +154,7 @@ class BudgetAccount {
     std::int64_t switches_ = 0;    // voluntary switches that the account knows of
     Instant next_admitted_way_{};  // when admission has counted the way through one more sleep
     int locks_ = 0;                // held
+    Nanoseconds overrun_{};        // what its sections say
     Nanoseconds grace_{};          // what may still be overrun before the last of them is released
 };
 

@@ -57,6 +57,12 @@ class BudgetShell {
         leave({});
     }
 
+    /// What its sections under locks say (budget_account.h).
+    void may_overrun(Nanoseconds longest) {
+        set_busy(true);
+        account_.may_overrun(longest);
+        leave({});
+    }
     /// Before the thread takes a lock, and after it has released it. Nests.
     void begin_hold() {
         set_busy(true);

@@ -45,7 +45,7 @@ Nanoseconds service_of(const Vcpu& io, Nanoseconds period, Nanoseconds overhead)
 CompletionTime::CompletionTime(const CoreLoad& load)
     : loops_(load.mains),
       ios_(load.ios),
-      overheads_(load.overheads),
+      overheads_(load.all_overheads()),
       overhead_(load.overheads.per_activation()),
       priorities_(load.overheads.priorities) {
     std::sort(loops_.begin(), loops_.end(), ranks_above);
@@ -90,22 +90,31 @@ void CompletionTime::hold_up(const CoreLoad& load) {
     // Locks that are shared with other cores are counted in `waits`.
     CriticalSections local;
     for (const CriticalSection& section : load.sections) {
-        if (load.waits_of(section.loop).requests == 0) local.push_back(section);
+        if (section.assumed || load.waits_of(section.loop).requests == 0) local.push_back(section);
     }
+    FixedVector<VcpuId, kIoVcpuLimit> handlers;
+    for (const Vcpu& io : ios_) handlers.push_back(io.id);
     std::optional<Blocking> blocking;
-    if (!local.empty()) blocking.emplace(by_rank, local);
+    if (!local.empty()) blocking.emplace(by_rank, local, handlers);
+    Nanoseconds overruns{};
     for (std::size_t i = 0; i < loops_.size(); ++i) {
         const Vcpu& loop = loops_[i];
         waits_[i] = load.waits_of(loop.id);
-        const auto requests = std::ranges::count_if(load.sections, [&](const CriticalSection& section) {
-            return section.loop == loop.id && section.length > Nanoseconds{0};
-        });
-        activation_[i] = overheads_.per_release(loop, requests);
+        activation_[i] = overheads_.per_release(loop, requests_of(load.sections, loop.id));
+        allowance_[i] = load.allowance_of(loop);
+        late_[i] = (1 + loop.times_asleep()) * overheads_.wake_latency;
         const int begins = 1 + loop.times_asleep() + waits_[i].requests;
-        held_up_[i] =
-            loop.suspension + waits_[i].requests * waits_[i].each + std::min(begins, 2) * waits_[i].lifted;
-        if (blocking) held_up_[i] += begins * blocking->of(i);
+        held_up_[i] = loop.suspension + waits_[i].requests * waits_[i].each +
+                      std::min(begins, 2) * waits_[i].lifted + overruns + late_[i];
+        if (blocking) {
+            blocked_[i] = blocking->of(i);
+            held_up_[i] += begins * blocked_[i];
+            by_handlers_[i] = blocking->by_handlers(i);
+        }
+        overruns += longest_overrun(load.sections, loop.id);
     }
+    for (std::size_t k = 0; blocking && k < ios_.size(); ++k)
+        io_held_up_[k] = blocking->of_handler(ios_[k].id);
 }
 
 bool CompletionTime::shares_priority(std::size_t i) const { return i + 1 >= priorities_; }
@@ -122,7 +131,9 @@ std::span<const Divisor> CompletionTime::clients_of(std::size_t k, std::size_t i
 }
 
 Nanoseconds CompletionTime::jitter(std::size_t j) const {
-    return loops_[j].deferrable || waits_[j].requests > 0 ? period(j) - loops_[j].budget : Nanoseconds{0};
+    return loops_[j].deferrable || waits_[j].requests > 0
+               ? period(j) - loops_[j].budget
+               : std::min(overheads_.wake_latency, period(j) - loops_[j].budget);
 }
 
 /// From the longest client down. A client takes at most two services and its share of the window;
@@ -162,7 +173,7 @@ Nanoseconds CompletionTime::taken_by_others(std::size_t count, std::size_t i, Na
 }
 
 Nanoseconds CompletionTime::demand(std::size_t i, Nanoseconds window) const {
-    return cost(i) + held_up_[i] + taken_by_others(delaying(i), i, window, &loops_[i]);
+    return own_cost(i) + held_up_[i] + taken_by_others(delaying(i), i, window, &loops_[i]);
 }
 
 /// `fixed`/(1 − U) rounded down, with U of what taken_by_others() has but the platform; absent when
@@ -184,7 +195,7 @@ std::optional<Nanoseconds> CompletionTime::least_response(std::size_t count, std
 /// solution.
 std::optional<Nanoseconds> CompletionTime::most_response(std::size_t i) const {
     Taken taken;
-    Nanoseconds fixed = cost(i) + held_up_[i];
+    Nanoseconds fixed = own_cost(i) + held_up_[i];
     const auto take = [&](Nanoseconds budget, Nanoseconds each_period, Nanoseconds early) {
         taken.add(budget, each_period, true);
         fixed += budget + Nanoseconds{mul_div_ceil(early.count(), budget.count(), each_period.count())};
@@ -216,7 +227,7 @@ std::optional<Nanoseconds> CompletionTime::most_response(std::size_t i) const {
 CompletionTime::Solution CompletionTime::solve(std::size_t i, Nanoseconds limit, Nanoseconds at_least,
                                                Wanted wanted) const {
     const std::optional<Nanoseconds> start =
-        least_response(delaying(i), i, cost(i) + held_up_[i], &loops_[i]);
+        least_response(delaying(i), i, own_cost(i) + held_up_[i], &loops_[i]);
     if (!start) return {limit + Nanoseconds{1}, {}};
     Nanoseconds response = std::max(*start, at_least);
     for (int step = 0; response <= limit; ++step) {
@@ -234,7 +245,7 @@ CompletionTime::Solution CompletionTime::solve(std::size_t i, Nanoseconds limit,
 Nanoseconds CompletionTime::next_at_least(std::size_t i, Nanoseconds at_least) const {
     const std::size_t next = i + 1;
     if (next >= loops_.size() || shares_priority(i)) return Nanoseconds{0};
-    const Nanoseconds more = cost(next) + held_up_[next] - held_up_[i];
+    const Nanoseconds more = own_cost(next) + held_up_[next] - held_up_[i];
     return more >= Nanoseconds{0} ? at_least + more : Nanoseconds{0};
 }
 
@@ -260,7 +271,7 @@ IoResponse CompletionTime::io_verdict(std::size_t k) const {
     // A loop of the client's period goes first: its number is lower.
     std::size_t above = 0;
     while (above < loops_.size() && period(above) <= client) ++above;
-    const Nanoseconds own = service_of(ios_[k], client, overhead_);
+    const Nanoseconds own = service_of(ios_[k], client, overhead_) + io_held_up_[k];
     const std::size_t lowest = std::max<std::size_t>(above, 1) - 1;
     const auto demand_in = [&](Nanoseconds window) {
         return own + taken_by_others(above, lowest, window, &ios_[k]);
@@ -273,6 +284,14 @@ IoResponse CompletionTime::io_verdict(std::size_t k) const {
         response = next;
     }
     return {ios_[k].id, response, client};
+}
+
+bool CompletionTime::blocks_after_each_sleep(VcpuId id) const {
+    for (std::size_t i = 0; i < loops_.size(); ++i) {
+        if (loops_[i].id == id)
+            return blocked_[i] + waits_[i].lifted + overheads_.wake_latency > Nanoseconds{0};
+    }
+    return false;
 }
 
 bool CompletionTime::every_loop_meets() const {
@@ -307,11 +326,13 @@ Shares CompletionTime::shares(std::size_t i, Nanoseconds window) const {
     const Nanoseconds remote = waits_[i].requests * waits_[i].each;
     push(Share::Kind::own, loops_[i].id, loops_[i].budget);
     push(Share::Kind::sleep, loops_[i].id, loops_[i].suspension);
-    push(Share::Kind::blocking, loops_[i].id, held_up_[i] - loops_[i].suspension - remote);
+    push(Share::Kind::blocking, loops_[i].id,
+         held_up_[i] - loops_[i].suspension - remote - late_[i] + by_handlers_[i]);
+    push(Share::Kind::platform, 0, late_[i], FixedString<23>{"late wake-ups"});
     push(Share::Kind::remote, loops_[i].id, remote);
     for (std::size_t j = 0; j < delaying(i); ++j) {
         if (j == i) continue;
-        overhead += releases(j, window) * activation_[j];
+        overhead += releases(j, window) * (activation_[j] + by_handlers_[j] + allowance_[j]);
         push(Share::Kind::main, loops_[j].id, releases(j, window) * loops_[j].budget);
     }
     for (std::size_t k = 0; k < ios_.size(); ++k) {

@@ -2,14 +2,20 @@
 //
 //   R = C_i + S_i + B_i + V_i + Σ_{j in hp(i)} ⌈(R + J_j)/T_j⌉·C_j
 //           + Σ_{k in I/O} max_{q in hep(i)} (1 + ⌈(R − U_k·T_q)/T_q⌉)·U_k·T_q  +  platform(R)
+//           + O_i + (1 + sleeps)·late
 //
-// C     budget, and what an activation and each further wait costs (admission.h)
+// C     budget, what an activation and each further wait costs (admission.h), and the waits for
+//       handlers that hold a lock (blocking.h). Of others: with what they have beside the budget
+//       to pay for interrupts (CoreLoad::allowance_of())
 // S     the longest that a release sleeps, counted as if it computed meanwhile
 // B     blocking by lower loops (blocking.h); after each sleep, and after each wait for another
 //       core, it can come again
 // V     waits for locks that loops of other cores hold (remote_blocking.h)
 // J     T − C of a loop whose budget may be used late in one period and early in the next
-//       (deferrable_server.h), else 0
+//       (deferrable_server.h), else `late`
+// O     what loops above run without budget for those that wait for their locks (blocking.h): once
+//       each
+// late  how late a loop wakes (PlatformOverheads::wake_latency)
 // hp    loops of higher priority, and those that share the loop's priority
 // U·T   at least what an activation costs: a bottom half pays for its activations out of its own
 //       budget (pibs.h)
@@ -65,6 +71,8 @@ class CompletionTime {
     [[nodiscard]] Shares shares(std::size_t i, Nanoseconds window) const;
     /// For so long, at least, loop i could be held up besides, and still end in time.
     [[nodiscard]] Nanoseconds room(std::size_t i) const;
+    /// A release of the loop `id` is later by each further piece of its sleep.
+    [[nodiscard]] bool blocks_after_each_sleep(VcpuId id) const;
     /// The loops leave less than the system keeps for ordinary tasks: what it keeps is counted.
     [[nodiscard]] bool keeps_for_others() const { return keeps_for_others_; }
 
@@ -84,7 +92,11 @@ class CompletionTime {
         std::int64_t services = 0;
         Nanoseconds budget{};
     };
-    [[nodiscard]] Nanoseconds cost(std::size_t j) const { return loops_[j].budget + activation_[j]; }
+    [[nodiscard]] Nanoseconds own_cost(std::size_t i) const {
+        return loops_[i].budget + activation_[i] + by_handlers_[i];
+    }
+    /// For others.
+    [[nodiscard]] Nanoseconds cost(std::size_t j) const { return own_cost(j) + allowance_[j]; }
     [[nodiscard]] std::int64_t releases(std::size_t j, Nanoseconds window) const {
         return periods_[j].ceil(window + jitter(j));
     }
@@ -124,8 +136,13 @@ class CompletionTime {
     Nanoseconds overhead_{};  // of one activation
     std::size_t priorities_ = kMainVcpuLimit;
     bool keeps_for_others_ = false;
-    std::array<Nanoseconds, kMainVcpuLimit> activation_{};  // and further waits
-    std::array<Nanoseconds, kMainVcpuLimit> held_up_{};     // S + B + V
+    std::array<Nanoseconds, kMainVcpuLimit> activation_{};   // and further waits
+    std::array<Nanoseconds, kMainVcpuLimit> by_handlers_{};  // waits for their locks
+    std::array<Nanoseconds, kMainVcpuLimit> allowance_{};    // for interrupts
+    std::array<Nanoseconds, kMainVcpuLimit> late_{};         // wakes so late, all together
+    std::array<Nanoseconds, kMainVcpuLimit> blocked_{};      // B
+    std::array<Nanoseconds, kMainVcpuLimit> held_up_{};      // S + B + V + O + late
+    std::array<Nanoseconds, kIoVcpuLimit> io_held_up_{};     // by locks of loops
     std::array<RemoteWaits, kMainVcpuLimit> waits_{};
     /// The distinct periods, shortest first: what an I/O VCPU's client may have. hep(i) has the
     /// first client_count_[i] of them.

@@ -16,6 +16,7 @@ bool CoreScheduler::add(VcpuId id, VcpuParameters parameters, Instant now, MainV
     insert({.id = id,
             .owns_core = options.owns_core,
             .blocked_at = now,
+            .overrun = options.overrun,
             .server = options.deferrable ? Server{DeferrableServer{parameters, now}}
                                          : Server{SporadicServer{parameters, now, options.server}}});
     ++main_count_;
@@ -24,7 +25,9 @@ bool CoreScheduler::add(VcpuId id, VcpuParameters parameters, Instant now, MainV
 
 bool CoreScheduler::add_io(VcpuId id, VcpuParameters parameters, Instant now, IoVcpuOptions options) {
     if (!parameters.valid() || contains(id) || io_count_ == kIoVcpuLimit) return false;
-    insert({.id = id, .server = Pibs{parameters, now, options.activation, options.client_period}});
+    insert({.id = id,
+            .overrun = options.overrun,
+            .server = Pibs{parameters, now, options.activation, options.client_period}});
     ++io_count_;
     return true;
 }
@@ -48,17 +51,20 @@ const CoreScheduler::Vcpu& CoreScheduler::at(VcpuId id) const {
 
 const CoreScheduler::Vcpu& CoreScheduler::payer(const Vcpu& vcpu, Instant now) const {
     if (vcpu.inherited == Rank{} || vcpu.owns_core || !contains(vcpu.inherited.id)) return vcpu;
-    return vcpu.server.available(now) > Nanoseconds{0} ? vcpu : at(vcpu.inherited.id);
+    const bool pays_itself = vcpu.server.available(now) > Nanoseconds{0} || overruns(vcpu, now);
+    return pays_itself ? vcpu : at(vcpu.inherited.id);
 }
 
 Rank CoreScheduler::own_rank(const Vcpu& vcpu) { return {vcpu.server.rank_period(), vcpu.id}; }
 
 Rank CoreScheduler::rank_of(const Vcpu& vcpu, Instant now) const {
-    return &payer(vcpu, now) == &vcpu ? std::min(own_rank(vcpu), vcpu.inherited) : vcpu.inherited;
+    const bool at_own_rank = &payer(vcpu, now) == &vcpu && !overruns(vcpu, now);
+    return at_own_rank ? std::min(own_rank(vcpu), vcpu.inherited) : vcpu.inherited;
 }
 
 bool CoreScheduler::overruns(const Vcpu& vcpu, Instant now) const {
-    return vcpu.grace > Nanoseconds{0} && vcpu.inherited != Rank{} && !contains(vcpu.inherited.id) &&
+    return vcpu.grace > Nanoseconds{0} && vcpu.inherited != Rank{} && !vcpu.owns_core &&
+           (vcpu.overrun > Nanoseconds{0} || !contains(vcpu.inherited.id)) &&
            vcpu.server.available(now) == Nanoseconds{0};
 }
 
@@ -98,6 +104,12 @@ void CoreScheduler::block(VcpuId id, Instant now) {
     if (running_ == slots_[id]) running_ = kNoSlot;
 }
 
+void CoreScheduler::charge(VcpuId id, Nanoseconds cost, Instant now) {
+    account(now);
+    Vcpu& vcpu = at(id);
+    if (!vcpu.owns_core) vcpu.server.consume(now, cost);
+}
+
 void CoreScheduler::wait_for_lock(VcpuId id, bool waits, Instant now) {
     account(now);
     at(id).waits_for_lock = waits;
@@ -106,7 +118,8 @@ void CoreScheduler::wait_for_lock(VcpuId id, bool waits, Instant now) {
 
 void CoreScheduler::inherit(VcpuId id, Rank rank) {
     Vcpu& vcpu = at(id);
-    if (vcpu.inherited == Rank{}) vcpu.grace = vcpu.server.parameters().budget;
+    if (vcpu.inherited == Rank{})
+        vcpu.grace = vcpu.overrun > Nanoseconds{0} ? vcpu.overrun : vcpu.server.parameters().budget;
     vcpu.inherited = rank;
 }
 

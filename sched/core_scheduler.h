@@ -18,11 +18,13 @@
 //   did. Otherwise its budget would come back late, and the next release would pay for the wait.
 // - inherit(): the holder of a lock takes the rank of its highest waiter (L. Sha, R. Rajkumar, J.
 //   Lehoczky, "Priority inheritance protocols", IEEE Trans. Computers, 1990).
-// - A holder whose budget is spent runs on the budget, and at the rank, of its highest waiter on
-//   this core. So nobody waits for its replenishment, and only those pay who share the lock with
-//   it (G. Lamastra, G. Lipari, L. Abeni, "A bandwidth inheritance algorithm", RTSS 2001).
-// - Where the highest waiter is of another core, nobody here can pay. Such a holder overruns, by
-//   one budget at most, and its own replenishments come the later.
+// - A holder whose budget is spent goes on at the rank of its highest waiter, so nobody waits for
+//   its replenishment. It overruns: its own replenishments come the later, and the waiter keeps all
+//   its budget. This lasts for as long as its sections say (the option `overrun`).
+// - A holder that stays longer in its sections runs on the budget of its highest waiter on this
+//   core. So only those pay who share the lock with it (G. Lamastra, G. Lipari, L. Abeni, "A
+//   bandwidth inheritance algorithm", RTSS 2001). Where the highest waiter is of another core,
+//   nobody here can pay: one that says nothing of its sections overruns, by one budget at most.
 //
 // The caller keeps the clock. It calls decide(now), runs the chosen VCPU until `until` at the
 // latest (or until something wakes or blocks), then calls again. Between two calls the chosen VCPU
@@ -63,12 +65,14 @@ struct Rank {
 struct MainVcpuOptions {
     bool owns_core = false;   ///< never throttled (needs budget == period)
     bool deferrable = false;  ///< the whole budget comes back at each release
+    Nanoseconds overrun{};    ///< for those that wait for its locks; 0: it says nothing of them
     SporadicServerOptions server{};
 };
 
 struct IoVcpuOptions {
     Nanoseconds activation{};     ///< pibs.h
     Nanoseconds client_period{};  ///< pibs.h
+    Nanoseconds overrun{};        ///< as of a main VCPU
 };
 
 /// One owner at a time. No call blocks or allocates; each is O(VCPUs of the core).
@@ -103,6 +107,8 @@ class CoreScheduler {
     void release(VcpuId id, Instant nominal, Instant now);
     /// VCPU `id`, main or I/O, has no work left.
     void block(VcpuId id, Instant now);
+    /// VCPU `id` pays `cost` beside the time that it runs, out of the budgets to come if it must.
+    void charge(VcpuId id, Nanoseconds cost, Instant now);
 
     /// Main VCPU `id` waits for a lock from `now` on, or was given it. It has work all the same.
     void wait_for_lock(VcpuId id, bool waits, Instant now);
@@ -135,7 +141,8 @@ class CoreScheduler {
         bool waits_for_lock = false;
         Instant blocked_at = kEpoch;  // the last time
         Rank inherited{};
-        /// What it may overrun while a VCPU of another core waits for it.
+        Nanoseconds overrun{};
+        /// What of it is left while somebody waits.
         Nanoseconds grace{};
         Nanoseconds owned_consumed{};  // an owning VCPU has no server to charge
         Server server{};
@@ -146,10 +153,10 @@ class CoreScheduler {
     [[nodiscard]] Vcpu& at(VcpuId id);
     [[nodiscard]] const Vcpu& at(VcpuId id) const;
     void insert(const Vcpu& vcpu);
-    /// The one that pays for `vcpu` at `now`: itself, or while its budget is spent, its highest
-    /// waiter on this core.
-    /// It has no budget, and goes on for a waiter of another core.
+    /// It has no budget, and goes on for its waiter.
     [[nodiscard]] bool overruns(const Vcpu& vcpu, Instant now) const;
+    /// The one that pays for `vcpu` at `now`: itself, or when it may overrun no more, its highest
+    /// waiter on this core.
     [[nodiscard]] const Vcpu& payer(const Vcpu& vcpu, Instant now) const;
     [[nodiscard]] static Rank own_rank(const Vcpu& vcpu);
     [[nodiscard]] Rank rank_of(const Vcpu& vcpu, Instant now) const;

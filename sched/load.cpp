@@ -35,4 +35,16 @@ void PlatformOverheads::add(const PlatformInterferer& interferer) {
     bears.jitter = std::max(bears.jitter, interferer.jitter);
 }
 
+PlatformOverheads CoreLoad::all_overheads() const {
+    PlatformOverheads all = overheads;
+    for (const Vcpu& io : ios)
+        all.add({.name = "edges", .cost = io.edge_cost, .interval = io.edge_interval, .source = io.id});
+    return all;
+}
+
+Nanoseconds CoreLoad::allowance_of(const Vcpu& loop) const {
+    if (!overheads.victim_pays) return Nanoseconds{0};
+    return std::min(all_overheads().interference(loop.period), loop.period - loop.budget);
+}
+
 }  // namespace qduino::sched

@@ -37,6 +37,10 @@ struct PlatformOverheads {
     /// Each further wait within a release, for a lock or asleep, where it is not charged to the
     /// loop's budget.
     Nanoseconds wait_cost{};
+    /// How late a loop wakes, at each release and at the end of each sleep: no CPU time.
+    Nanoseconds wake_latency{};
+    /// The budget of the loop that an interrupt stops pays for it.
+    bool victim_pays = false;
     /// To be filled by add(). The last place is what the kernel keeps (kept()).
     FixedVector<PlatformInterferer, 8> interferers;
     /// What the system keeps for its ordinary tasks in each `kept_period`, above the loops, where
@@ -83,7 +87,8 @@ struct CoreLoad {
     FixedVector<Vcpu, kMainVcpuLimit> mains;
     FixedVector<Vcpu, kIoVcpuLimit> ios;
     PlatformOverheads overheads;
-    CriticalSections sections{};  ///< of `mains`; those of other cores' loops do not count
+    /// Of `mains` and `ios`; those of other cores do not count.
+    CriticalSections sections{};
     /// Of those `mains` that have any; from count_remote_waits().
     FixedVector<RemoteWaits, kMainVcpuLimit> waits{};
 
@@ -94,6 +99,11 @@ struct CoreLoad {
         }
         return {.loop = loop};
     }
+    /// The platform's overheads, with the edges of the core's I/O VCPUs.
+    [[nodiscard]] PlatformOverheads all_overheads() const;
+    /// What the server of `loop` needs beside its budget: all the interrupts of a period, where it
+    /// pays for them. No more than the period has left.
+    [[nodiscard]] Nanoseconds allowance_of(const Vcpu& loop) const;
     /// False when the table is full.
     [[nodiscard]] bool try_add(const Vcpu& vcpu) {
         return vcpu.is_io() ? ios.try_push_back(vcpu) : mains.try_push_back(vcpu);

@@ -27,7 +27,7 @@ using Members = FixedVector<Member, kLoopLimit>;
 Member member_of(const Vcpu& loop, std::size_t core, const CoreLoad& load) {
     Member member{.loop = &loop, .core = core};
     for (const CriticalSection& section : load.sections) {
-        if (section.loop != loop.id || section.length <= Nanoseconds{0}) continue;
+        if (section.loop != loop.id || section.length <= Nanoseconds{0} || section.assumed) continue;
         member.group |= Locks{1} << section.lock;
         ++member.requests;
         member.locked += section.length;
@@ -130,8 +130,9 @@ class Waiter {
             return;
         }
         const bool whole = is_above(loop, core) && ranks_above(loop, *lowest_[core]);
-        const Nanoseconds amount =
-            whole ? cost_of(loop, found ? found->requests : 0, computer_.loads[core].overheads) : locked;
+        const CoreLoad& load = computer_.loads[core];
+        const Nanoseconds amount = whole ? cost_of(loop, found ? found->requests : 0, load) : locked;
+        if (whole) overruns_[core == self_.core ? 1 : 0] += longest_overrun(load.sections, loop.id);
         if (amount == Nanoseconds{0}) return;
         executors_.push_back({.amount = amount,
                               .jitter = std::max(ends_within(loop, core) - amount, Nanoseconds{0}),
@@ -145,6 +146,7 @@ class Waiter {
     /// Σ H_m(i, window), with the waiter's own core or without.
     [[nodiscard]] Nanoseconds held_up(Nanoseconds window, bool own_core) const {
         Nanoseconds sum = own_core ? std::max(longest_below_[0], longest_below_[1]) : longest_below_[0];
+        sum += own_core ? overruns_[0] + overruns_[1] : overruns_[0];
         for (const Executor& each : executors_) {
             if (own_core || !each.own_core) sum += each.period.ceil(window + each.jitter) * each.amount;
         }
@@ -158,7 +160,8 @@ class Waiter {
         const CoreLoad& load = computer_.loads[core];
         Nanoseconds sum{};
         for (const Vcpu& io : load.ios) sum += most_services(io, core, window);
-        for (const PlatformInterferer& each : load.overheads.interferers)
+        const PlatformOverheads overheads = load.all_overheads();
+        for (const PlatformInterferer& each : overheads.interferers)
             sum += each.interference(window) + each.cost;
         if (computer_.keeps_for_others[core]) {
             const PlatformInterferer kept = load.overheads.kept();
@@ -176,9 +179,8 @@ class Waiter {
         if (computer_.all_above) return true;
         return core == self_.core ? ranks_above(loop, *self_.loop) : loop.period <= self_.loop->period;
     }
-    [[nodiscard]] static Nanoseconds cost_of(const Vcpu& loop, int requests,
-                                             const PlatformOverheads& overheads) {
-        return loop.budget + overheads.per_release(loop, requests);
+    [[nodiscard]] static Nanoseconds cost_of(const Vcpu& loop, int requests, const CoreLoad& load) {
+        return loop.budget + load.allowance_of(loop) + load.overheads.per_release(loop, requests);
     }
     [[nodiscard]] const Member* member(const Vcpu& loop) const {
         const auto* const found = std::ranges::find(computer_.members, &loop, &Member::loop);
@@ -206,6 +208,7 @@ class Waiter {
     std::array<const Vcpu*, kCoreLimit> lowest_{};  // of the other holders on each core
     FixedVector<Executor, kLoopLimit> executors_;
     std::array<Nanoseconds, 2> longest_below_{};  // of one lock alone: on other cores, on its own
+    std::array<Nanoseconds, 2> overruns_{};       // likewise, of loops that may run all they have
 };
 
 /// What lower loops of the core of `loop` execute with locks at the rank of loops that wait

@@ -60,6 +60,13 @@ struct Vcpu {
     bool deferrable = false;
     /// An I/O VCPU: the period of the loop that it works for; 0: of any loop on its core.
     Nanoseconds client_period{};
+    /// An I/O VCPU: the top halves of its edges take so much at a time, above every loop of its
+    /// core, and come no closer than this. 0: none that the board does not count elsewhere.
+    Nanoseconds edge_cost{};
+    Nanoseconds edge_interval{};
+    /// A loop: what its server has beside the budget, for the interrupts that the board charges to
+    /// whom they interrupt (PlatformOverheads::victim_pays).
+    Nanoseconds allowance{};
 
     [[nodiscard]] constexpr VcpuParameters parameters() const { return {budget, period}; }
     [[nodiscard]] constexpr bool is_io() const { return kind == VcpuKind::io; }

@@ -55,7 +55,7 @@ struct Share {
     FixedString<23> name;  ///< platform
     Nanoseconds amount{};
 };
-using Shares = FixedVector<Share, kMainVcpuLimit + kIoVcpuLimit + 12>;
+using Shares = FixedVector<Share, kMainVcpuLimit + kIoVcpuLimit + 16>;
 
 /// The smallest change that would be admitted, each alone; what is absent would not help.
 struct Remedy {

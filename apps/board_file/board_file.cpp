@@ -92,6 +92,7 @@ void read_sim(TomlSection& s, SimConfig& config) {
     s.duration("tick_cost", config.tick_cost);
     s.duration("wake_latency", config.wake_latency);
     s.duration("edge_top_half", config.edge_top_half);
+    s.duration("edge_interval", config.edge_interval);
     s.flag("charge_interrupts_to_victim", config.charge_interrupts_to_victim);
     s.flag("serial_at_baud", config.serial_at_baud);
     s.duration("edge_poll_period", config.edge_poll_period, Nanoseconds{1});

@@ -335,6 +335,7 @@ std::string admission_json(const Plan& plan, const SketchTable& table, const Che
         {"io", ios},
         {"cores", cores},
         {"overheads", overheads},
+        {"locks_that_say_nothing", board.locks_that_say_nothing},
         {"refusals", refusals},
         {"chains", chains},
         {"explanation", std::string(plan.explanation().view())},

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "runtime/plan.h"
 
@@ -14,6 +15,8 @@ struct CheckedBoard {
     std::string board_file;  ///< empty: none
     int cores = 1;
     bool setup_ran = false;  ///< and has
+    /// Locks that make R unknown if they are shared otherwise than assumed (lock_report.h).
+    std::vector<std::string> locks_that_say_nothing{};
 };
 
 /// Every loop and every I/O VCPU has been admitted.
@@ -28,8 +31,8 @@ struct CheckedBoard {
 [[nodiscard]] std::string admission_verdict(const runtime::Plan& plan, const CheckedBoard& board);
 
 /// The same as JSON: {"sketch","admitted","board":{…},"setup_ran","loops":[…],"io":[…],"cores":[…],
-/// "overheads":[…],"refusals":[…],"explanation"}. Durations are whole nanoseconds (docs/qduino.md
-/// lists every key).
+/// "overheads":[…],"locks_that_say_nothing":[…],"refusals":[…],"explanation"}. Durations are whole
+/// nanoseconds (docs/qduino.md lists every key).
 [[nodiscard]] std::string admission_json(const runtime::Plan& plan, const runtime::SketchTable& table,
                                          const CheckedBoard& board);
 

@@ -4,6 +4,8 @@
 #include <nlohmann/json.hpp>
 
 #include "base/contract.h"
+#include "base/sha256.h"
+#include "posix/small_file.h"
 
 namespace qduino::apps {
 namespace {
@@ -17,6 +19,8 @@ Json budget_claim(const sched::Vcpu& vcpu) {
 Json io_claim(const sched::Vcpu& io) {
     Json claim = budget_claim(io);
     claim["client_period_ns"] = io.client_period.count();
+    claim["edge_ns"] = io.edge_cost.count();
+    claim["edge_interval_ns"] = io.edge_interval.count();
     return claim;
 }
 
@@ -43,15 +47,21 @@ Json core_claim(const sched::CoreLoad& load, const sched::Admission& admission) 
                                {"jitter_ns", each.jitter.count()}});
     }
     for (const sched::CriticalSection& section : load.sections) {
-        if (std::ranges::count(load.mains, section.loop, &sched::Vcpu::id) == 0) continue;
-        sections.push_back(
-            {{"loop", section.loop}, {"lock", section.lock}, {"length_ns", section.length.count()}});
+        const bool is_here = std::ranges::count(load.mains, section.loop, &sched::Vcpu::id) > 0 ||
+                             std::ranges::count(load.ios, section.loop, &sched::Vcpu::id) > 0;
+        if (!is_here) continue;
+        sections.push_back({{"vcpu", section.loop},
+                            {"lock", section.lock},
+                            {"length_ns", section.length.count()},
+                            {"assumed", section.assumed}});
     }
     return {{"core", load.core},
             {"owned", admission.by == sched::AdmittedBy::owned},
             {"priorities", load.overheads.priorities},
             {"activation_ns", load.overheads.per_activation().count()},
             {"wait_ns", load.overheads.wait_cost.count()},
+            {"wake_ns", load.overheads.wake_latency.count()},
+            {"victim_pays", load.overheads.victim_pays},
             {"kept_ns", load.overheads.kept_budget.count()},
             {"kept_period_ns", load.overheads.kept_period.count()},
             {"interferers", interferers},
@@ -80,9 +90,20 @@ Json chain_claim(const runtime::ChainVerdict& verdict, const sched::MulticoreAdm
             {"age_limit_ns", verdict.chain.limits.age.count()}};
 }
 
+std::string hash_of(const std::string& text) {
+    BareSha256 hash;
+    hash.add(text);
+    return hash.finish();
+}
+
+Result<Json> text_claim(const std::filesystem::path& file) {
+    QDUINO_TRY_ASSIGN(const std::string text, posix::read_small_file(file));
+    return Json{{"file", file.filename().string()}, {"sha256", hash_of(text)}};
+}
+
 }  // namespace
 
-std::string certificate_json(const runtime::Plan& plan, const std::string& sketch) {
+Result<std::string> certificate_json(const runtime::Plan& plan, const CertifiedTexts& texts) {
     QDUINO_EXPECT(plan.admitted());
     const sched::MulticoreAdmission& admission = plan.admission();
     Json cores = Json::array();
@@ -90,9 +111,23 @@ std::string certificate_json(const runtime::Plan& plan, const std::string& sketc
         if (load.mains.empty() && load.ios.empty()) continue;
         cores.push_back(core_claim(load, admission.cores[static_cast<std::size_t>(load.core)]));
     }
+    Json sources = Json::array(), board = nullptr;
+    for (const std::filesystem::path& source : texts.sources) {
+        QDUINO_TRY_ASSIGN(Json claim, text_claim(source));
+        sources.push_back(std::move(claim));
+    }
+    if (!texts.board.empty()) {
+        QDUINO_TRY_ASSIGN(board, text_claim(texts.board));
+    }
     Json chains = Json::array();
     for (const runtime::ChainVerdict& chain : plan.chains()) chains.push_back(chain_claim(chain, admission));
-    const Json out{{"certificate", 2}, {"sketch", sketch}, {"cores", cores}, {"chains", chains}};
+    Json out{{"certificate", 3},
+             {"sketch", texts.sketch},
+             {"sources", sources},
+             {"board", board},
+             {"locks_that_say_nothing", texts.locks_that_say_nothing},
+             {"cores", cores}};
+    out["sha256"] = hash_of(out.dump());
     return out.dump(2) + "\n";
 }
 

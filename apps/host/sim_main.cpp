@@ -11,6 +11,7 @@
 #include <cstring>
 #include <filesystem>
 #include <functional>
+#include <sstream>
 #include <thread>
 
 #include "apps/board_file/board_file.h"
@@ -21,6 +22,7 @@
 #include "apps/host/chrome_trace.h"
 #include "apps/host/code_place.h"
 #include "apps/host/crash_report.h"
+#include "apps/host/lock_report.h"
 #include "apps/host/plan_picture.h"
 #include "apps/host/prompt_stop.h"
 #include "apps/host/schedule_trace.h"
@@ -62,6 +64,7 @@ struct Options : apps::SketchOptions {
     bool check = false;
     bool json = false;
     std::string certificate_path;  // empty: none
+    std::string sources;           // of the sketch, a line each: the certificate binds them
     board::sim::SimConfig computer;
     std::vector<apps::PartSpec> parts;  // wired to it
 };
@@ -232,7 +235,8 @@ int report_end(const Options& options, board::sim::SimBoard& board,
     const std::string beyond = apps::chain_verdict(*Runtime::current());
     apps::say(apps::verdict(options.name + ": " + apps::spin_verdict(spins) +
                             apps::periods_kept(loops, board.now()) +
-                            apps::sleep_verdict(*Runtime::current()) + beyond + "."));
+                            apps::sleep_verdict(*Runtime::current()) +
+                            apps::lock_verdict(*Runtime::current(), runtime::sketch_table()) + beyond + "."));
     return beyond.empty() ? 0 : 1;
 }
 
@@ -274,6 +278,7 @@ int run(const Options& options) {
     apps::SketchCourse course;
     course.refused = apps::verdict(options.name + " is REFUSED: no loop of it ran.");
     course.runtime.enforce_admission = options.enforce_admission;
+    course.runtime.measure_locks = true;  // virtual time: it costs nothing
     course.opening = [] { return std::string{}; };
     Nanoseconds in_setup{-1};  // −1: it has ended
     course.setup = [&](void (*setup)()) {
@@ -369,8 +374,22 @@ std::string verdict_text(const Options& options, const runtime::Plan& plan, cons
     std::string strip;
     if (!options.plain) strip = apps::picture::strip(schedule, apps::picture::signs_of_terminal(), colours);
     if (!strip.empty()) strip = "\nThe worst case, all released together:\n" + strip;
-    return apps::with_outcomes(apps::admission_text(plan, table, checked), colours) + strip + "\n" +
-           apps::verdict(apps::admission_verdict(plan, checked), colours);
+    return apps::with_outcomes(apps::admission_text(plan, table, checked) +
+                                   apps::lock_assumptions(*Runtime::current(), table),
+                               colours) +
+           strip + "\n" + apps::verdict(apps::admission_verdict(plan, checked), colours);
+}
+
+Result<void> write_certificate(const Options& options, const Runtime& runtime) {
+    apps::CertifiedTexts texts{
+        .sketch = options.name,
+        .sources = {},
+        .board = options.board_path,
+        .locks_that_say_nothing = apps::locks_that_say_nothing(runtime, runtime::sketch_table())};
+    std::istringstream lines(options.sources);
+    for (std::string line; std::getline(lines, line);) texts.sources.emplace_back(line);
+    QDUINO_TRY_ASSIGN(const std::string certificate, apps::certificate_json(runtime.plan(), texts));
+    return posix::write_file(options.certificate_path, certificate);
 }
 
 /// Admission alone: no loop runs. setup() runs where it may declare I/O VCPUs.
@@ -395,7 +414,8 @@ int check(const Options& options) {
     const apps::CheckedBoard checked{.sketch = options.name,
                                      .board_file = options.board_path,
                                      .cores = options.computer.cores,
-                                     .setup_ran = runs_setup};
+                                     .setup_ran = runs_setup,
+                                     .locks_that_say_nothing = apps::locks_that_say_nothing(runtime, table)};
     const Result<apps::picture::Schedule> schedule = worst_schedule(options, plan);
     if (!schedule) return fail(schedule.error());
     const Result<std::string> picture = draw_to(options.picture_path, *schedule);
@@ -409,8 +429,7 @@ int check(const Options& options) {
     if (plan.admitted() && !begun) return fail(begun.error());
     if (!plan.admitted()) return 2;
     if (options.certificate_path.empty()) return 0;
-    const Result<void> written =
-        posix::write_file(options.certificate_path, apps::certificate_json(plan, options.name));
+    const Result<void> written = write_certificate(options, runtime);
     return written ? 0 : fail(written.error());
 }
 
@@ -456,6 +475,9 @@ void add_options(apps::CommandLine& line, Options& options) {
     line.flag("--json", options.json, "With --check: as JSON").needs(only_check);
     line.option("--certificate", options.certificate_path, "With --check: what admission rests on")
         .called("FILE")
+        .needs(only_check);
+    line.option("--sources", options.sources, "The sketch's files, a line each, for the certificate")
+        .called("FILES")
         .needs(only_check);
 }
 

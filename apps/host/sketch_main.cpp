@@ -5,8 +5,10 @@
 #include <unistd.h>
 
 #include <cstdio>
+#include <source_location>
 
 #include "apps/guarantee/guarantee_report.h"
+#include "apps/host/lock_report.h"
 #include "apps/host/profile_report.h"
 #include "apps/host/sketch_report.h"
 #include "apps/terminal/colour.h"
@@ -14,15 +16,17 @@
 #include "apps/terminal/program.h"
 #include "arduino/core/interrupts.h"
 #include "posix/durable_file.h"
-#include "runtime/lock_declaration.h"
 
 // A weak reference takes no member out of the Arduino archive. It is null unless the sketch, or a
 // library that it uses, took that member.
 namespace qduino::arduino {
 [[gnu::weak]] bool interrupts_vcpu(DeviceClass device, Nanoseconds budget, Nanoseconds period, int core);
-[[gnu::weak]] void declare_section(runtime::LockDeclaration& lock, board::VcpuId loop, Nanoseconds length);
 [[gnu::weak]] void begin_chain(runtime::Chain& chain, runtime::Chain::Source source, int pin,
                                const char* words);
+class Lock;
+[[gnu::weak]] void declare_use(Lock& lock);
+[[gnu::weak]] void declare_section(Lock& lock, int loop, Nanoseconds length,
+                                   const std::source_location& where);
 namespace freertos {
 struct Task;
 [[gnu::weak]] Task* make_task(void (*function)(void*), const char* name, std::uint32_t stack_depth,
@@ -109,7 +113,7 @@ bool report_to(const std::string& path, const board::GuaranteeReport& guarantee)
 bool profile_to(const SketchOptions& options, const runtime::Runtime& runtime, Instant end) {
     if (!options.profiles()) return true;
     const ProfiledRun run{.sketch = options.name, .margin = options.margin_percent / 100, .end = end};
-    report_beside_sketch(profile_text(runtime, run) + "\n");
+    report_beside_sketch(profile_text(runtime, run) + "\n" + lock_lengths(run.margin));
     const Result<void> written = posix::write_durably(options.profile_path, profile_json(runtime, run), 0666);
     if (!written) fail(written.error());
     return written.ok();
@@ -137,9 +141,10 @@ int run_sketch(board::Board& board, const SketchOptions& options, const SketchCo
     call_setup = {.course = &course};
     if (Result<void> begun = runtime.begin(runtime::sketch_table(), &quiet_setup); !begun)
         return refuse(runtime, begun.error(), course.refused);
-    report_beside_sketch(
-        with_outcomes(text<std::string>(runtime.plan().admission_table()), wants_colour(STDERR_FILENO)) +
-        course.opening() + '\n');
+    report_beside_sketch(with_outcomes(text<std::string>(runtime.plan().admission_table()) +
+                                           lock_assumptions(runtime, runtime::sketch_table()),
+                                       wants_colour(STDERR_FILENO)) +
+                         course.opening() + '\n');
     hold_sketch_output(false);
     bool reported = report_to(options.report_path, guarantee_of(runtime));
     if (call_setup.ended) course.play(runtime);
@@ -149,7 +154,7 @@ int run_sketch(board::Board& board, const SketchOptions& options, const SketchCo
     reported = report_to(options.report_path, guarantee) && reported;
     if (const std::string handlers = handlers_kept(guarantee); !handlers.empty())
         report_beside_sketch(handlers);
-    if (const std::string notes = sleep_notes(runtime); !notes.empty()) report_beside_sketch(notes);
+    if (const std::string notes = sleep_notes(runtime) + lock_notes(runtime, runtime::sketch_table()); !notes.empty()) report_beside_sketch(notes);
     if (&arduino::serial_waits != nullptr) {
         if (const std::string notes = arduino::serial_waits(); !notes.empty()) report_beside_sketch(notes);
     }
@@ -161,8 +166,18 @@ int run_sketch(board::Board& board, const SketchOptions& options, const SketchCo
     return outcome;
 }
 
+namespace {
+
+bool declares_sections() {
+    void (*const declare)(arduino::Lock&, int, Nanoseconds, const std::source_location&) =
+        &arduino::declare_section;
+    return declare != nullptr;
+}
+
+}  // namespace
+
 bool setup_may_declare() {
-    return &arduino::interrupts_vcpu != nullptr || &arduino::declare_section != nullptr ||
+    return &arduino::interrupts_vcpu != nullptr || declares_sections() || &arduino::declare_use != nullptr ||
            &arduino::begin_chain != nullptr || &arduino::freertos::make_task != nullptr;
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "apps/host/chain_report.h"
+#include "apps/host/lock_report.h"
 #include "apps/terminal/human.h"
 
 namespace qduino::apps {
@@ -84,16 +85,20 @@ std::string loop_table(const std::vector<const runtime::Loop*>& loops) {
 
 namespace {
 
-/// Calls `visit` with each loop that slept longer within a release than it declares, where that
-/// does not fit: for how long, and its R with that.
+/// Calls `visit` with each loop that slept longer within a release than it declares, or in more
+/// pieces, where that does not fit, or it was late: for how long, in how many, and its R with that.
 template <typename Visit>
 void each_sleeper(const runtime::Runtime& runtime, Visit visit) {
     if (!runtime.plan().admitted()) return;
     for (const runtime::Loop* loop : loops_of(runtime)) {
         const Nanoseconds slept{loop->statistics.slept_ns_max.get()};
-        if (loop->owns_core || slept <= loop->declaration.suspension) continue;
-        const sched::LoopResponse response = runtime.plan().response_with_sleep(loop->declaration.id, slept);
-        if (!response.meets()) visit(loop->declaration, slept, response);
+        const runtime::LoopDeclaration& declared = loop->declaration;
+        const int pieces = std::max(static_cast<int>(loop->statistics.sleeps_max.get()), 1);
+        if (loop->owns_core || (slept <= declared.suspension && pieces <= declared.sleeps)) continue;
+        const sched::LoopResponse response = runtime.plan().response_with_sleep(
+            declared.id, std::max(slept, declared.suspension), std::max(pieces, declared.sleeps));
+        const bool pays = pieces > declared.times_asleep() && loop->statistics.overruns.get() > 0;
+        if (!response.meets() || pays) visit(declared, slept, pieces, response);
     }
 }
 
@@ -101,10 +106,16 @@ void each_sleeper(const runtime::Runtime& runtime, Visit visit) {
 
 std::string sleep_notes(const runtime::Runtime& runtime) {
     std::string notes;
-    each_sleeper(runtime, [&](const auto& declared, Nanoseconds slept, const sched::LoopResponse& response) {
+    each_sleeper(runtime, [&](const auto& declared, Nanoseconds slept, int pieces,
+                              const sched::LoopResponse& response) {
         write(notes, "loop ", declared.id, " slept up to ", human_duration(slept),
-              " within a release and declares ", human_duration(declared.suspension),
-              ".\n  With that, R = ", human_duration(response.response),
+              " within a release and declares ", human_duration(declared.suspension));
+        if (pieces > 1) write(notes, ", in ", pieces, " pieces and declares ", declared.times_asleep());
+        if (response.meets()) {
+            write(notes, ".\n  It pays for the switches of the further ones from its own budget.\n");
+            return;
+        }
+        write(notes, ".\n  With that, R = ", human_duration(response.response),
               " > T = ", human_duration(response.period), ": it would not be admitted.\n");
     });
     return notes;
@@ -112,7 +123,7 @@ std::string sleep_notes(const runtime::Runtime& runtime) {
 
 std::string sleep_verdict(const runtime::Runtime& runtime) {
     std::string out;
-    each_sleeper(runtime, [&](const auto& declared, Nanoseconds, const sched::LoopResponse&) {
+    each_sleeper(runtime, [&](const auto& declared, Nanoseconds, int, const sched::LoopResponse&) {
         write(out, out.empty() ? "; undeclared sleep: " : ", ", "loop ", declared.id);
     });
     return out;
@@ -142,7 +153,8 @@ std::string loops_left(const std::vector<const runtime::Loop*>& loops) {
 std::string run_report(const runtime::Runtime& runtime, Instant now) {
     const std::vector<const runtime::Loop*> loops = loops_of(runtime);
     return text<std::string>(loop_table(loops), "Periods: ", periods_kept(loops, now), sleep_verdict(runtime),
-                             chain_verdict(runtime), ".\n", chain_lines(runtime));
+                             lock_verdict(runtime, runtime::sketch_table()), chain_verdict(runtime), ".\n",
+                             chain_lines(runtime));
 }
 
 namespace {

@@ -15,6 +15,7 @@
 
 #include "apps/guarantee/guarantee_report.h"
 #include "apps/host/chain_report.h"
+#include "apps/host/lock_report.h"
 #include "apps/host/sketch_report.h"
 #include "apps/metal/loader_words.h"
 #include "apps/terminal/message.h"
@@ -102,7 +103,8 @@ int run_sketch(MetalBoard& board, Runtime& runtime, double seconds) {
     const board::GuaranteeReport guarantee = guarantee_of(runtime);
     const auto loops = loops_of(runtime);
     report(text<std::string>('\n', loop_table(loops), "Periods: ", periods_kept(loops, board.now()),
-                             sleep_verdict(runtime), chain_verdict(runtime), ".\n", chain_lines(runtime),
+                             sleep_verdict(runtime), lock_verdict(runtime, runtime::sketch_table()),
+                             chain_verdict(runtime), ".\n", chain_lines(runtime),
                              handlers_kept(guarantee), charges(guarantee), guarantee_text(guarantee),
                              about_silence()));
     return linux_side.was_silent() ? static_cast<int>(board::kEndedBySilence) : 0;

@@ -159,6 +159,14 @@ Words options_of(const Arguments& arguments) {
     return words;
 }
 
+/// The files of a sketch, a line each.
+std::string lines_of(const Sketch& sketch) {
+    std::string lines;
+    for (const fs::path& tab : sketch.tabs) lines += tab.string() + '\n';
+    for (const fs::path& source : sketch.sources) lines += source.string() + '\n';
+    return lines;
+}
+
 /// Builds the simulator's program and becomes it; `words` stand before the options.
 Result<int> become_simulation(const Arguments& arguments, const Words& words) {
     if (!arguments.picture.empty()) QDUINO_TRY(picture::check_picture_name(arguments.picture));
@@ -167,6 +175,7 @@ Result<int> become_simulation(const Arguments& arguments, const Words& words) {
     Words command{built.programs[0].string()};
     append(command, words);
     append(command, options_of(arguments));
+    if (!arguments.certificate.empty()) append(command, {"--sources", lines_of(built.sketch)});
     return become(command);
 }
 

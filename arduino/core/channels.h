@@ -83,18 +83,12 @@ class Channel {
 /// there. Admission counts it (blocking.h, remote_blocking.h). Tell it in setup() how long:
 ///
 ///   m.heldBy(1, 2ms);   m.heldBy(2, 500us);      loops 1 and 2 hold it so long at the most
+///   m.heldBy(handler, 100us);                    and the handler of an interrupt, so long
 ///
 /// A Mutex that says nothing may be held by every loop for its whole budget, as far as admission
 /// knows.
-class Mutex {
+class Mutex : public qduino::arduino::SaysWhoHolds<Mutex> {
   public:
-    /// Setup-time. `length`: CPU time, a std::chrono duration or milliseconds; once in a release.
-    /// A loop that is not named must not lock it, nor one of no length.
-    template <typename Duration>
-    void heldBy(int loop, Duration length) {
-        qduino::arduino::declare_section(declaration_, static_cast<qduino::board::VcpuId>(loop),
-                                         qduino::arduino::to_duration(qduino::arduino::TimeUnit::ms, length));
-    }
     void lock() { lock_.lock(); }
     /// Contract: held by the calling loop.
     void unlock() { lock_.unlock(); }
@@ -103,8 +97,8 @@ class Mutex {
     [[nodiscard]] bool try_lock() { return lock_.try_lock(); }  ///< for std::unique_lock
 
   private:
-    qduino::arduino::Lock lock_;
-    qduino::runtime::LockDeclaration declaration_;
+    friend class qduino::arduino::SaysWhoHolds<Mutex>;
+    qduino::arduino::Lock lock_{"a Mutex", qduino::runtime::Unsaid::whole_budgets};
 };
 
 /// Qduino's word. Spinning would hang two loops of one core: it is a Mutex.

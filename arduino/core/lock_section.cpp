@@ -4,8 +4,12 @@
 
 namespace qduino::arduino {
 
-void declare_section(runtime::LockDeclaration& lock, board::VcpuId loop, Nanoseconds length) {
-    lock.held_by(loop, length);
+void declare_section(Lock& lock, int loop, Nanoseconds length, const std::source_location& where) {
+    lock.declaration().held_by(loop, length, where.file_name(), static_cast<int>(where.line()));
+}
+
+void declare_section(Lock& lock, void (*handler)(), Nanoseconds length, const std::source_location& where) {
+    lock.declaration().held_by(handler, length, where.file_name(), static_cast<int>(where.line()));
 }
 
 }  // namespace qduino::arduino

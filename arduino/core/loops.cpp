@@ -45,17 +45,21 @@ int lowest_free_id() {
 void before_setup(void (*action)()) { early_action = action; }
 
 LoopRegistration::LoopRegistration(int id, Nanoseconds budget, Nanoseconds period, int core,
-                                   Nanoseconds sleep, void (*body)(), const char* file, int line) {
+                                   Nanoseconds sleep, int sleeps, void (*body)(), const char* file,
+                                   int line) {
     runtime::SketchTable& table = runtime::sketch_table();
-    const runtime::LoopDeclaration declaration{{.id = static_cast<board::VcpuId>(id),
-                                                .budget = budget,
-                                                .period = period,
-                                                .core = core,
-                                                .suspension = sleep,
-                                                .deferrable = sleep > Nanoseconds{0}},
-                                               body,
-                                               file,
-                                               line};
+    runtime::LoopDeclaration declaration;
+    declaration.id = static_cast<board::VcpuId>(id);
+    declaration.budget = budget;
+    declaration.period = period;
+    declaration.core = core;
+    declaration.suspension = sleep;
+    declaration.sleeps = sleeps == 0 ? 1 : sleeps;
+    declaration.says_sleeps = sleeps != 0;
+    declaration.deferrable = sleep > Nanoseconds{0};
+    declaration.body = body;
+    declaration.file = file;
+    declaration.line = line;
     if (!table.loops.try_push_back(declaration)) ++table.dropped;
 }
 
@@ -63,7 +67,7 @@ board::VcpuId enter_loop_of_setup(Nanoseconds budget, Nanoseconds period, void (
     runtime::SketchTable& table = runtime::sketch_table();
     const int id = lowest_free_id();
     if (!in_setup || id > board::kMaxLoop) return 0;
-    LoopRegistration(id, budget, period, runtime::kAnyCore, Nanoseconds{0}, body, name, 0);
+    LoopRegistration(id, budget, period, runtime::kAnyCore, Nanoseconds{0}, 0, body, name, 0);
     table.loops.back().deferrable = true;
     return static_cast<board::VcpuId>(id);
 }
@@ -76,7 +80,7 @@ SketchRegistration::SketchRegistration(void (*setup)(), void (*loop)(), void (*s
     classic_loop = loop;
     classic_serial_event = serial_event;
     const int id = lowest_free_id();
-    LoopRegistration(id, kClassicLoopBudget, kClassicLoopPeriod, runtime::kAnyCore, Nanoseconds{0},
+    LoopRegistration(id, kClassicLoopBudget, kClassicLoopPeriod, runtime::kAnyCore, Nanoseconds{0}, 0,
                      &run_classic_loop, file, 0);
     for (runtime::LoopDeclaration& declared : runtime::sketch_table().loops)
         declared.classic |= declared.body == &run_classic_loop;

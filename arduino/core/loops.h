@@ -47,7 +47,8 @@ constexpr bool is_budget(Nanoseconds budget, Nanoseconds period) {
 
 /// Enters one loop into the sketch's table. Static objects only.
 struct LoopRegistration {
-    LoopRegistration(int id, Nanoseconds budget, Nanoseconds period, int core, Nanoseconds sleep,
+    /// `sleeps`: in how many pieces a release sleeps; 0: nobody says.
+    LoopRegistration(int id, Nanoseconds budget, Nanoseconds period, int core, Nanoseconds sleep, int sleeps,
                      void (*body)(), const char* file, int line);
 };
 

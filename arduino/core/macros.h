@@ -2,7 +2,7 @@
 //
 // A macro named loop would break libraries that have a method of that name. So such a macro chooses
 // by the number of its arguments: `client.loop()` and `loop(void)` stay calls and declarations, and
-// three to five arguments declare a VCPU. A library with a method loop(a, b, c) must `#undef loop`
+// three to six arguments declare a VCPU. A library with a method loop(a, b, c) must `#undef loop`
 // around it.
 #pragma once
 
@@ -10,22 +10,24 @@
 #include "arduino/core/loops.h"
 #include "arduino/core/numbers.h"
 
-// ---- loop(id, budget, period [, core [, sleep]]) ------------------------------------------------
+// ---- loop(id, budget, period [, core [, sleep [, sleeps]]]) -------------------------------------
 #define QDUINO_SELECT(a0, a1, a2, a3, a4, a5, a6, chosen, ...) chosen
-#define loop(...)                                                                                           \
-    QDUINO_SELECT(__VA_ARGS__ __VA_OPT__(, ) QDUINO_PLAIN_LOOP, QDUINO_PLAIN_LOOP, QDUINO_LOOP_THAT_SLEEPS, \
-                  QDUINO_LOOP_ON_CORE, QDUINO_LOOP_ANYWHERE, QDUINO_PLAIN_LOOP, QDUINO_PLAIN_LOOP,          \
-                  QDUINO_PLAIN_LOOP, unused)                                                                \
+#define loop(...)                                                                                        \
+    QDUINO_SELECT(__VA_ARGS__ __VA_OPT__(, ) QDUINO_PLAIN_LOOP, QDUINO_LOOP_THAT_SLEEPS_OFTEN,           \
+                  QDUINO_LOOP_THAT_SLEEPS, QDUINO_LOOP_ON_CORE, QDUINO_LOOP_ANYWHERE, QDUINO_PLAIN_LOOP, \
+                  QDUINO_PLAIN_LOOP, QDUINO_PLAIN_LOOP, unused)                                          \
     (__VA_ARGS__)
 #define QDUINO_PLAIN_LOOP(...) loop(__VA_ARGS__)
 #define QDUINO_LOOP_ANYWHERE(id, budget, period) \
-    QDUINO_DECLARE_LOOP(__COUNTER__, id, budget, period, ::qduino::runtime::kAnyCore, 0)
+    QDUINO_DECLARE_LOOP(__COUNTER__, id, budget, period, ::qduino::runtime::kAnyCore, 0, 0)
 #define QDUINO_LOOP_ON_CORE(id, budget, period, core) \
-    QDUINO_DECLARE_LOOP(__COUNTER__, id, budget, period, core, 0)
+    QDUINO_DECLARE_LOOP(__COUNTER__, id, budget, period, core, 0, 0)
 #define QDUINO_LOOP_THAT_SLEEPS(id, budget, period, core, sleep) \
-    QDUINO_DECLARE_LOOP(__COUNTER__, id, budget, period, core, sleep)
+    QDUINO_DECLARE_LOOP(__COUNTER__, id, budget, period, core, sleep, 0)
+#define QDUINO_LOOP_THAT_SLEEPS_OFTEN(id, budget, period, core, sleep, sleeps) \
+    QDUINO_DECLARE_LOOP(__COUNTER__, id, budget, period, core, sleep, sleeps)
 #define QDUINO_DECLARE_LOOP(...) QDUINO_DECLARE_LOOP_NUMBERED(__VA_ARGS__)
-#define QDUINO_DECLARE_LOOP_NUMBERED(n, id, budget, period, core, sleep)                                     \
+#define QDUINO_DECLARE_LOOP_NUMBERED(n, id, budget, period, core, sleep, sleeps)                             \
     static qduino_loop_body_##n();                                                                           \
     static_assert(::qduino::arduino::is_loop_id(id), "loop(id, budget, period, core): id is 1 to 32");       \
     static_assert(::qduino::arduino::is_budget(::qduino::arduino::to_duration(qduino_time_unit(0), budget),  \
@@ -37,6 +39,7 @@
         ::qduino::arduino::to_duration(qduino_time_unit(0), period),                                         \
         core,                                                                                                \
         ::qduino::arduino::to_duration(qduino_time_unit(0), sleep),                                          \
+        sleeps,                                                                                              \
         &qduino_loop_body_##n,                                                                               \
         __FILE__,                                                                                            \
         __LINE__};                                                                                           \

@@ -74,7 +74,8 @@ class PeriodicCall {
     void ask(Wish wish);
 
     channel::FourSlot<Wish> wishes_;
-    Lock asking_;  // the four-slot has one writer; several loops may ask
+    // The four-slot has one writer; several loops may ask.
+    Lock asking_{"a timer", runtime::Unsaid::brief};
     std::uint64_t orders_ = 0;
     std::uint64_t served_ = 0;  // of the wish that `due_` belongs to
     Instant due_{};
@@ -88,8 +89,8 @@ inline constexpr Nanoseconds kTimerPeriod{5'000'000};
 /// Enters the loop of a timer into the sketch's table. Static objects only.
 struct TimerRegistration : LoopRegistration {
     TimerRegistration(int id, void (*body)(), const char* name)
-        : LoopRegistration(id, kTimerBudget, kTimerPeriod, runtime::kAnyCore, Nanoseconds{0}, body, name, 0) {
-    }
+        : LoopRegistration(id, kTimerBudget, kTimerPeriod, runtime::kAnyCore, Nanoseconds{0}, 0, body, name,
+                           0) {}
 };
 
 }  // namespace qduino::arduino

@@ -42,8 +42,9 @@ struct Wish {
 };
 
 qduino::channel::FourSlot<Wish> wishes;
-qduino::arduino::Lock asking;  // the four-slot has one writer; several loops may call tone()
-Wish asked;                    // what was last written, under `asking`
+// The four-slot has one writer; several loops may call tone().
+qduino::arduino::Lock asking{"tone()", qduino::runtime::Unsaid::brief};
+Wish asked;  // what was last written, under `asking`
 
 void ask(int pin, Nanoseconds half_period, Instant end) {
     asked = Wish{asked.order + 1, pin, half_period, end};
@@ -119,6 +120,7 @@ const qduino::arduino::LoopRegistration tone_registration{kToneLoop,
                                                           kTonePeriod,
                                                           qduino::runtime::kAnyCore,
                                                           qduino::Nanoseconds{0},
+                                                          0,
                                                           &tone_loop,
                                                           "tone()",
                                                           0};

@@ -36,17 +36,23 @@ class Queue {
 
     const std::size_t length_, item_bytes_;
     std::vector<std::uint8_t> items_;
-    Lock lock_;
+    Lock lock_{"a queue", runtime::Unsaid::brief};
     std::size_t first_ = 0;
     std::atomic<std::size_t> size_{0};
 };
 
 /// Counts up to `most`; or, a mutex, belongs to the task that took it, which then ranks as high as
-/// the highest that waits without an end.
-class Semaphore {
+/// the highest that waits without an end. Of a mutex say in setup() who holds it, as of a Mutex:
+/// mutex->heldBy(1, 2ms).
+class Semaphore : public SaysWhoHolds<Semaphore> {
   public:
     enum class Kind : std::uint8_t { counting, mutex, recursive };
-    Semaphore(Kind kind, std::uint32_t most, std::uint32_t count) : kind_(kind), most_(most), count_(count) {}
+    Semaphore(Kind kind, std::uint32_t most, std::uint32_t count)
+        : kind_(kind),
+          most_(most),
+          count_(count),
+          lock_("a FreeRTOS mutex",
+                kind == Kind::counting ? runtime::Unsaid::nothing : runtime::Unsaid::whole_budgets) {}
 
     bool take(Ticks ticks);
     /// False: it is full, or a mutex of another.
@@ -58,6 +64,8 @@ class Semaphore {
   private:
     bool try_count_down();
     bool take_mutex(Ticks ticks);
+
+    friend class SaysWhoHolds<Semaphore>;
 
     const Kind kind_;
     const std::uint32_t most_;

@@ -64,6 +64,7 @@ Result<void> BudgetKeeper::start(const VcpuSpec& spec, int priority, SignsOfLife
         options.shortest_run = std::min(kShortestRun, spec.budget / 4);
         shell_.start(sched::SporadicServer{spec.parameters(), now, options}, kRest);
     }
+    shell_.may_overrun(spec.overrun);
     return {};
 }
 

@@ -156,6 +156,10 @@ class LinuxBoard final : public Board {
         const VcpuThread* const self = VcpuThread::current();
         return self ? self->slept() : Nanoseconds{0};
     }
+    [[nodiscard]] std::int64_t sleeps() const override {
+        const VcpuThread* const self = VcpuThread::current();
+        return self ? self->sleeps() : 0;
+    }
     /// What wake-up and enforcement cost here: measured once, at the first call (some 25 ms; 0.3 s
     /// where the host takes the core away meanwhile).
     /// Setup-time.

@@ -96,6 +96,7 @@ Instant VcpuThread::sleep(Instant now, Instant t) {
     keeper_.after_block(woke);
     if (spin_.limited()) spin_.slept(woke);
     slept_ += woke - now;
+    ++sleeps_;
     return woke;
 }
 

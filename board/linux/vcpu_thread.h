@@ -128,6 +128,8 @@ class VcpuThread {
 
     /// How long it has slept to known instants, so far. By itself.
     [[nodiscard]] Nanoseconds slept() const { return slept_; }
+    /// In how many sleeps. By itself.
+    [[nodiscard]] std::int64_t sleeps() const { return sleeps_; }
     /// The VCPU of the calling thread; kNoVcpu on any other thread.
     [[nodiscard]] static VcpuId current_id() { return current_ ? current_->spec_.id : kNoVcpu; }
     [[nodiscard]] static VcpuThread* current() { return current_; }
@@ -159,6 +161,7 @@ class VcpuThread {
     SpinAllowance spin_;
     TimerGravity gravity_;
     Nanoseconds slept_{};
+    std::int64_t sleeps_ = 0;
     FixedString<160> shortfall_;
     std::atomic<bool> at_gate_{false};
     std::atomic<bool> finished_{false};

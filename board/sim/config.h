@@ -97,6 +97,10 @@ struct SimConfig {
     Nanoseconds wake_latency{};
     /// The top half of every edge that has a handler, on the core of the handler's I/O VCPU.
     Nanoseconds edge_top_half{};
+    /// No two top halves of a pin are closer than this: an edge that comes sooner is held back
+    /// until then, one at the most, as by a line that is masked meanwhile. 0: nothing is held back,
+    /// and nobody knows how often edges come.
+    Nanoseconds edge_interval{};
     /// True: the interrupted VCPU's budget pays for top halves, as on a kernel that does not tell
     /// them apart. False: each interrupt is accounted for by itself.
     bool charge_interrupts_to_victim = false;

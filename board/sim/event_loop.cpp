@@ -86,6 +86,7 @@ void EventLoop::sleep_through_events(Instant t) {
     current_->state = VcpuState::sleeping;
     current_->wake = t;
     current_->slept += t - now_;
+    ++current_->sleeps;
     current_->fiber->suspend();
 }
 
@@ -155,6 +156,7 @@ void EventLoop::work_of_device(DeviceClass device, Nanoseconds cost) {
     const Instant asked = now_;
     wait();
     caller->slept += now_ - asked;
+    ++caller->sleeps;
 }
 
 void EventLoop::give_work(VcpuId io, Work work) {
@@ -232,7 +234,7 @@ void EventLoop::fire_interrupts() {
     while (interrupts_.take_due(now_, fired)) {
         SimCore& core = cpus_.core(fired.core);
         emit(fired.core, static_cast<VcpuId>(fired.device), TraceKind::interrupt);
-        core.steal(now_, fired.top_half);
+        core.interrupt(now_, fired.top_half);
         const bool is_tick = fired.device == DeviceClass::all;
         Tally& tally = is_tick ? core.tally().ticks : core.tally().interrupts;
         tally.add(fired.top_half);
@@ -241,7 +243,7 @@ void EventLoop::fire_interrupts() {
         if (const Vcpu* server = cpus_.vcpu(io); io != kNoVcpu && server && server->queue) {
             give_work(io, {.cost = fired.bottom_half});
         } else {
-            core.steal(now_, fired.bottom_half);
+            core.interrupt(now_, fired.bottom_half);
             tally.time += fired.bottom_half;
         }
     }

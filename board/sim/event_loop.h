@@ -151,6 +151,7 @@ class EventLoop {
     [[nodiscard]] const TraceHash& hash() const { return hash_; }
     [[nodiscard]] std::uint64_t resumes() const { return resumes_; }
     [[nodiscard]] std::uint64_t lost_work() const { return lost_work_; }
+    void note_lost_edge() { ++lost_work_; }
 
   private:
     // The fast path: nothing else happens before `t`.

@@ -72,6 +72,8 @@ sched::PlatformOverheads SimBoard::platform_overheads(int core) {
     sched::PlatformOverheads overheads;
     // To it, and back to what it preempted.
     overheads.release_cost = overheads.wait_cost = 2 * config_.costs.context_switch;
+    overheads.wake_latency = config_.wake_latency;
+    overheads.victim_pays = config_.charge_interrupts_to_victim;
     for (const InterruptSource& source : loop_.interrupts().on_core(core)) {
         Nanoseconds cost = source.top_half;
         const bool tick = source.device == DeviceClass::all;

@@ -91,7 +91,7 @@ class SimBoard final : public SimPins {
     Result<void> core_timer(int core, bool enabled) override;
     void note_release(Instant nominal) override {
         loop_.note(TraceKind::release);
-        if (const Vcpu* self = loop_.current()) self->core->release(*self, nominal, loop_.now());
+        if (Vcpu* self = loop_.current()) self->core->release(*self, nominal, loop_.now());
     }
     void note_overrun(Nanoseconds) override { loop_.note(TraceKind::overrun); }
     /// A body that let no time pass since it last returned is charged SimConfig::body_cost.
@@ -102,6 +102,9 @@ class SimBoard final : public SimPins {
     }
     [[nodiscard]] Nanoseconds slept() const override {
         return loop_.current() ? loop_.current()->slept : Nanoseconds{0};
+    }
+    [[nodiscard]] std::int64_t sleeps() const override {
+        return loop_.current() ? loop_.current()->sleeps : 0;
     }
     /// In virtual time: what spins, and what SimConfig says that calls cost.
     [[nodiscard]] Nanoseconds cpu_time() override {

@@ -9,13 +9,17 @@ namespace qduino::board::sim {
 
 bool SimCore::add(Vcpu& vcpu, Instant now) {
     const VcpuSpec& spec = vcpu.spec;
-    // A bottom half takes the core for its top half, for the switch to it and for the one back.
-    const Nanoseconds activation = config_.edge_top_half + 2 * config_.costs.context_switch;
+    // A bottom half takes the core for the switch to it and for the one back. Its edges' top halves
+    // are counted for themselves.
     const bool added =
-        spec.is_io() ? scheduler_.add_io(spec.id, spec.parameters(), now,
-                                         {.activation = activation, .client_period = spec.client_period})
-                     : scheduler_.add(spec.id, spec.parameters(), now,
-                                      {.owns_core = spec.owns_core, .deferrable = spec.deferrable});
+        spec.is_io()
+            ? scheduler_.add_io(spec.id, spec.parameters(), now,
+                                {.activation = 2 * config_.costs.context_switch,
+                                 .client_period = spec.client_period,
+                                 .overrun = spec.overrun})
+            : scheduler_.add(
+                  spec.id, {spec.budget + spec.allowance, spec.period}, now,
+                  {.owns_core = spec.owns_core, .deferrable = spec.deferrable, .overrun = spec.overrun});
     if (!added) return false;
     vcpu.core = this;
     const auto place = std::find_if(vcpus_.begin(), vcpus_.end(),
@@ -37,6 +41,11 @@ Vcpu* SimCore::find(VcpuId id) const {
     return *found;
 }
 
+void SimCore::interrupt(Instant now, Nanoseconds cost) {
+    steal(now, cost);
+    if (config_.charge_interrupts_to_victim) to_be_paid_ += cost;
+}
+
 void SimCore::steal(Instant now, Nanoseconds cost) {
     if (cost <= Nanoseconds{0}) return;
     account(now);
@@ -51,7 +60,9 @@ void SimCore::account(Instant now) {
     if (now <= accounted_) return;
     const Nanoseconds passed = now - accounted_;
     const Nanoseconds stolen = std::clamp(stolen_until_ - accounted_, Nanoseconds{0}, passed);
-    scheduler_.account(now, config_.charge_interrupts_to_victim ? Nanoseconds{0} : stolen);
+    const Nanoseconds paid = paid_of(stolen);
+    scheduler_.account(now, stolen - paid);
+    to_be_paid_ -= paid;
     if (running_) running_->work_left = std::max(running_->work_left - (passed - stolen), Nanoseconds{0});
     accounted_ = now;
 }
@@ -59,8 +70,7 @@ void SimCore::account(Instant now) {
 Nanoseconds SimCore::running_time(Instant now) const {
     const Nanoseconds passed = std::max(now - accounted_, Nanoseconds{0});
     const Nanoseconds stolen = std::clamp(stolen_until_ - accounted_, Nanoseconds{0}, passed);
-    return scheduler_.consumed(running_->spec.id) +
-           (config_.charge_interrupts_to_victim ? passed : passed - stolen);
+    return scheduler_.consumed(running_->spec.id) + passed - stolen + paid_of(stolen);
 }
 
 Nanoseconds SimCore::busy_total() const {
@@ -82,7 +92,10 @@ void SimCore::give_up(Vcpu& vcpu, Instant now) {
     settle_soon(now);
 }
 
-void SimCore::release(const Vcpu& vcpu, Instant nominal, Instant now) {
+void SimCore::release(Vcpu& vcpu, Instant nominal, Instant now) {
+    vcpu.nominal = nominal;
+    vcpu.sleeps_left = vcpu.spec.times_asleep();
+    vcpu.requests_left = vcpu.spec.requests;
     if (!vcpu.spec.deferrable) return;
     account(now);
     scheduler_.release(vcpu.spec.id, nominal, now);
@@ -153,15 +166,35 @@ void SimCore::wake_sleepers(Instant now) {
         loop_.tell_ready(number_, vcpu->spec.id);
         if (std::exchange(vcpu->handed_lock, false)) {
             scheduler_.wait_for_lock(vcpu->spec.id, false, now);
+            pay_for_lock(*vcpu, now);
             continue;
         }
         if (vcpu->client_period > Nanoseconds{0})
             scheduler_.wake_io(vcpu->spec.id, now, vcpu->client_period);
         else
             scheduler_.wake(vcpu->spec.id, now, vcpu->wake);
+        pay_for_wake(*vcpu, now);
         if (vcpu->has_fault) apply_faults(*vcpu, now);
         if (vcpu->spec.is_io()) loop_.emit(number_, vcpu->spec.id, TraceKind::release);
     }
+}
+
+/// A loop that wakes for its next release pays nothing: admission has counted that.
+void SimCore::pay_for_wake(Vcpu& vcpu, Instant now) {
+    if (vcpu.spec.is_io() || vcpu.nominal == kForever) return;  // its service pays; it begins
+    const Nanoseconds since = vcpu.wake - config_.wake_latency - vcpu.nominal;
+    if (since % vcpu.spec.period == Nanoseconds{0}) return;
+    if (--vcpu.sleeps_left < 0) pay(vcpu, now);
+}
+
+void SimCore::pay_for_lock(Vcpu& vcpu, Instant now) {
+    if (--vcpu.requests_left < 0) pay(vcpu, now);
+}
+
+/// The switch to it, and the one back to what it displaces.
+void SimCore::pay(const Vcpu& vcpu, Instant now) {
+    if (config_.costs.context_switch > Nanoseconds{0})
+        scheduler_.charge(vcpu.spec.id, 2 * config_.costs.context_switch, now);
 }
 
 /// What a loop's release takes too much, in the time of its fault.
@@ -190,6 +223,7 @@ void SimCore::trace_throttling(Instant now) {
             vcpu->state == VcpuState::ready && scheduler_.available(vcpu->spec.id, now) == Nanoseconds{0};
         if (throttled == vcpu->throttled) continue;
         vcpu->throttled = throttled;
+        if (throttled && !vcpu->spec.is_io() && !vcpu->waits_for) pay(*vcpu, now);
         loop_.emit(number_, vcpu->spec.id, throttled ? TraceKind::throttle : TraceKind::replenish);
     }
 }

@@ -7,6 +7,11 @@
 //                                            ▒ taken by interrupts: delays the VCPU, and is charged
 //                                              to it only on request
 //
+// A switch to another VCPU and the one back are stolen as well. Admission has counted them for each
+// release, each sleep and each wait for a lock that were declared. A VCPU that gives the core up
+// more often pays for that from its own budget, and so does one that is throttled: otherwise those
+// below would.
+//
 // Invariants: every stretch of time is charged once; while time is stolen no VCPU code goes on and
 // no decision is made.
 #pragma once
@@ -32,8 +37,9 @@ class SimCore {
     /// Setup-time. False when the scheduler's table refuses it.
     [[nodiscard]] bool add(Vcpu& vcpu, Instant now);
 
-    /// Interrupts take `cost` of this core from `now` on, after those already doing so.
-    void steal(Instant now, Nanoseconds cost);
+    /// Interrupts take `cost` of this core from `now` on, after those already doing so. Whom they
+    /// stop pays for them, where the board says so.
+    void interrupt(Instant now, Nanoseconds cost);
     /// Charges the running VCPU up to `now`.
     void account(Instant now);
     /// Does what is due here: charges; then, if the running VCPU has got what it asked for, its
@@ -49,7 +55,7 @@ class SimCore {
     void settle_soon(Instant now) { disturbed_at_ = std::min(disturbed_at_, now); }
 
     /// The running VCPU begins the release that was due at `nominal`.
-    void release(const Vcpu& vcpu, Instant nominal, Instant now);
+    void release(Vcpu& vcpu, Instant nominal, Instant now);
     /// I/O VCPU `io` has more work, for a client of `client_period`; 0: for the usual one.
     void work_came(Vcpu& io, Nanoseconds client_period, Instant now);
     /// It has another budget and period from `now` on.
@@ -83,8 +89,15 @@ class SimCore {
     [[nodiscard]] Nanoseconds running_time(Instant now) const;
 
   private:
+    /// The same, paid for by nobody.
+    void steal(Instant now, Nanoseconds cost);
+    /// What of the `stolen` time the running VCPU pays for.
+    [[nodiscard]] Nanoseconds paid_of(Nanoseconds stolen) const { return std::min(stolen, to_be_paid_); }
     [[nodiscard]] bool interrupted(Instant now);
     void wake_sleepers(Instant now);
+    void pay_for_wake(Vcpu& vcpu, Instant now);
+    void pay_for_lock(Vcpu& vcpu, Instant now);
+    void pay(const Vcpu& vcpu, Instant now);
     void apply_faults(Vcpu& vcpu, Instant now) const;
     void turn_to(Vcpu* next, Instant now);
     void trace_throttling(Instant now);
@@ -100,6 +113,7 @@ class SimCore {
     Instant accounted_ = kEpoch;
     Instant stolen_until_ = kEpoch;
     Nanoseconds stolen_total_{};
+    Nanoseconds to_be_paid_{};  // of what was stolen, and is not accounted for yet
     CoreTally tally_;
     Instant disturbed_at_ = kForever;
     Instant done_at_ = kForever;

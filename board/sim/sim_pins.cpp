@@ -31,6 +31,7 @@ void SimPins::process_due(Instant now) {
         peripherals_.advance(now);
         QDUINO_EXPECT(peripherals_.next_event(now) > now);
     }
+    if (next_held_back_ <= now) take_held_back(now);
     if (next_poll_ > now) return;
     poll_watched_pins();
     next_poll_ = now + config_.edge_poll_period;
@@ -110,6 +111,14 @@ Result<void> SimPins::spi_transfer(SpiBus bus, SpiSettings settings, std::span<s
     return peripherals_.spi_transfer(loop_.now(), bus, settings, data);
 }
 
+Nanoseconds SimPins::bus_time(DeviceClass device, std::size_t bytes, std::uint32_t) const {
+    const board::sim::ApiCosts& costs = config_.costs;
+    const auto count = static_cast<std::int64_t>(bytes);
+    if (device == DeviceClass::i2c) return costs[ApiCall::i2c] + count * costs.i2c_per_byte;
+    if (device == DeviceClass::spi) return costs[ApiCall::spi] + count * costs.spi_per_byte;
+    return device == DeviceClass::uart ? count * costs.uart_per_byte : Nanoseconds{0};
+}
+
 void SimPins::device_work(DeviceClass device, std::size_t bytes) {
     if (bytes == 0) return loop_.ask_host();
     if (device == DeviceClass::uart) count_call();
@@ -186,12 +195,34 @@ void SimPins::pin_edge(Instant now, PinId pin, Level level) {
     const Edge edge = level == Level::high ? Edge::rising : Edge::falling;
     if (watch.edge != Edge::both && watch.edge != edge) return;
     static_cast<void>(now);  // the instant of the call being served: that of the loop
+    if (loop_.now() >= watch.next_top_half) return take_edge(watch);
+    if (std::exchange(watch.held_back, true)) loop_.note_lost_edge();
+    next_held_back_ = std::min(next_held_back_, watch.next_top_half);
+    loop_.look_up_at(watch.next_top_half);
+}
+
+/// Those that were held back long enough.
+void SimPins::take_held_back(Instant now) {
+    next_held_back_ = kForever;
+    for (std::uint16_t number = 0; number < kPinCount; ++number) {
+        EdgeWatch& watch = watches_[number];
+        if (!watch.held_back || !pins_[number].watched) continue;
+        if (watch.next_top_half > now)
+            next_held_back_ = std::min(next_held_back_, watch.next_top_half);
+        else
+            take_edge(watch);
+    }
+}
+
+void SimPins::take_edge(EdgeWatch& watch) {
+    watch.held_back = false;
+    if (config_.edge_top_half > Nanoseconds{0}) watch.next_top_half = loop_.now() + config_.edge_interval;
     loop_.give_work(watch.io, {.handler = watch.handler, .context = watch.context});
     const Vcpu* const server = loop_.cpus().vcpu(watch.io);
     if (!server) return;
     server->core->tally().edges.add(config_.edge_top_half);
     if (config_.edge_top_half > Nanoseconds{0}) {
-        server->core->steal(loop_.now(), config_.edge_top_half);
+        server->core->interrupt(loop_.now(), config_.edge_top_half);
         loop_.look_up();
     }
 }

@@ -48,6 +48,11 @@ class SimPins : public Board, private PinEdgeSink {
     [[nodiscard]] Result<void> attach_edge(PinId pin, Edge edge, EdgeHandler handler, void* context,
                                            VcpuId io) override;
     void detach_edge(PinId pin) override;
+    [[nodiscard]] Nanoseconds bus_time(DeviceClass device, std::size_t bytes,
+                                       std::uint32_t clock_hz) const override;
+    [[nodiscard]] EdgeCost edge_cost() const override {
+        return {.each = config_.edge_top_half, .interval = config_.edge_interval};
+    }
 
     /// Forces every pin that has a safe state to it, as the supervisor of a real machine would.
     void force_safe_states();
@@ -56,7 +61,7 @@ class SimPins : public Board, private PinEdgeSink {
     /// When the physics, or a look at the inputs, is due.
     [[nodiscard]] Instant next_due(Instant now) const {
         const Instant physics = peripherals_.next_event(now);
-        return physics < next_poll_ ? physics : next_poll_;
+        return std::min({physics, next_poll_, next_held_back_});
     }
     void process_due(Instant now);
 
@@ -82,11 +87,15 @@ class SimPins : public Board, private PinEdgeSink {
         void* context = nullptr;
         VcpuId io = kNoVcpu;
         Level last = Level::low;
+        Instant next_top_half = kEpoch;  // not sooner
+        bool held_back = false;          // an edge, until then
     };
 
     void pin_edge(Instant now, PinId pin, Level level) override;
     [[nodiscard]] bool stuck(PinId pin, Level* level) const;
     void poll_watched_pins();
+    void take_edge(EdgeWatch& watch);
+    void take_held_back(Instant now);
 
     EventLoop& loop_;
     Peripherals& peripherals_;
@@ -94,6 +103,7 @@ class SimPins : public Board, private PinEdgeSink {
     std::array<EdgeWatch, kPinCount> watches_{};
     bool edges_are_reported_;
     Instant next_poll_ = kForever;
+    Instant next_held_back_ = kForever;
 };
 
 }  // namespace qduino::board::sim

@@ -67,12 +67,16 @@ struct Vcpu {
     bool spinning = false;                ///< waits in EventLoop::spin_for()
     Spin spin;                            ///< the last that it was in
     Nanoseconds slept{};                  ///< in sleeps that it asked for, and waits for a bus
+    std::int64_t sleeps = 0;              ///< so many of them
     Nanoseconds client_period{};          ///< of the client of a waking I/O VCPU; 0: usual
     Nanoseconds work_left{};              ///< CPU time to be consumed before its code goes on
     Instant spin_until = kEpoch;          ///< its code does not go on before
     Instant body_ended = Instant::min();  ///< when its body last returned
     const LockWord* waits_for = nullptr;  ///< a lock that another VCPU holds
     bool handed_lock = false;             ///< woken by unlock(): no release of a loop
+    Instant nominal = kForever;           ///< a loop: when its release was due; kForever: none yet
+    int sleeps_left = 0;                  ///< of this release, that admission has counted
+    int requests_left = 0;                ///< likewise, waits for locks
     sched::Rank rank;                     ///< its own, or what it inherits
     sched::Rank inherited;                ///< the highest of those that wait for it
     std::uint32_t polls = 0;              ///< of the time or of a pin since it last let time pass

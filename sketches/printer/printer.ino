@@ -3,6 +3,7 @@
 // Jobs come from the print service through shared memory (printer/link): no loop here touches a
 // socket or a disk.
 #include <QduinoMC.h>
+#include <Wire.h>
 
 #include "Printer.h"
 
@@ -14,6 +15,7 @@ Chain stopping{"emergency byte to pins"};
 void setup() {
     printer.begin();
     interruptsVcpu(I2C, 1, 100, 0);  // the thermistors' bus
+    Wire.heldBy(3, 1);               // which loop 3 alone uses
     interruptsVcpu(NIC, 1, 100, 0);  // what the web brings
     const bool port = interruptsVcpu(UART, 2, 100, 0);  // a serial host's bytes
     noInterrupts(ALL, 1);  // core 1 is for the stepper pulses alone

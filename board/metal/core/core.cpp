@@ -37,10 +37,13 @@ void Core::open(int number, bool host) {
 bool Core::add(Thread& thread, Nanoseconds activation, Instant now) {
     const VcpuSpec& spec = thread.spec;
     const bool added =
-        spec.is_io() ? scheduler_.add_io(spec.id, spec.parameters(), now,
-                                         {.activation = activation, .client_period = spec.client_period})
-                     : scheduler_.add(spec.id, spec.parameters(), now,
-                                      {.owns_core = spec.owns_core, .deferrable = spec.deferrable});
+        spec.is_io()
+            ? scheduler_.add_io(
+                  spec.id, spec.parameters(), now,
+                  {.activation = activation, .client_period = spec.client_period, .overrun = spec.overrun})
+            : scheduler_.add(
+                  spec.id, spec.parameters(), now,
+                  {.owns_core = spec.owns_core, .deferrable = spec.deferrable, .overrun = spec.overrun});
     if (added) threads_[spec.id] = &thread;
     return added;
 }

@@ -139,7 +139,7 @@ class Qduino(SketchCase):
 
         report = json.loads(self.run_qduino("check", sketch, "--json").stdout)
         self.assertEqual(list(report), ["sketch", "admitted", "board", "setup_ran", "loops", "io", "cores", "overheads",
-                                        "refusals", "chains", "explanation"])
+                                        "locks_that_say_nothing", "refusals", "chains", "explanation"])
         self.assertEqual((report["sketch"], report["admitted"], report["setup_ran"]), ("golden", True, False))
         self.assertEqual(report["board"], {"cores": 2, "file": None})
         self.assertEqual(report["loops"][1], {
@@ -166,7 +166,7 @@ class Qduino(SketchCase):
               attachInterruptVcpu(5, answer, CHANGE, 2, 100, 0);
             }
             void loop(1, 10, 50, 0) { abort(); }
-            void loop(2, 10, 100, 0, 20) { abort(); }
+            void loop(2, 10, 100, 0, 20, 1) { abort(); }
             void loop(3, 20, 200, 0) { abort(); }
         """
         apart = """
@@ -189,6 +189,11 @@ class Qduino(SketchCase):
             self.assertIn("claimed R = ", said)
         self.assertEqual([section["length_ns"] for section in certificate["cores"][0]["sections"]], [2_000_000, 4_000_000])
         self.assertEqual([loop["suspension_ns"] for loop in certificate["cores"][0]["loops"]], [0, 20_000_000, 0])
+        # It is of its sketch, and of no other.
+        self.assertEqual(self.judge("seen.json", "--sketch", path), (0, ""))
+        status, said = self.judge("seen.json", "--sketch", self.write("other.ino", full + "// changed"))
+        self.assertEqual(status, 1)
+        self.assertIn("it is not of this source: ", said)
         # What is refused has none.
         self.run_qduino("check", self.write("no/no.ino", GOLDEN + ONE_TOO_MANY), "--certificate", "no.json", status=2)
         self.assertFalse((self.folder / "no.json").exists())
@@ -236,9 +241,9 @@ class Qduino(SketchCase):
         beyond = self.run_qduino("sim", self.write_stop("beyond", "60ms", "delay(35);"), "--for", "1", status=1).stderr
         self.assertIn("; BEYOND ITS BOUND: chain stop button to motor.", beyond)
 
-    def judge(self, name):
+    def judge(self, name, *options):
         """What the checker says, which shares no code with us: its status, and what does not hold."""
-        done = subprocess.run([sys.executable, CHECKER, self.folder / name], capture_output=True, text=True, timeout=300, check=False)
+        done = subprocess.run([sys.executable, CHECKER, self.folder / name, *options], capture_output=True, text=True, timeout=300, check=False)
         return done.returncode, "\n".join(done.stdout.splitlines()[:-1])
 
     def test_what_is_just_past_it_is_refused_with_reasons(self):

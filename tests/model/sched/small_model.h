@@ -15,6 +15,7 @@
 #include <optional>
 #include <string>
 #include <unordered_set>
+#include <utility>
 #include <vector>
 
 namespace qduino::sched::model {
@@ -37,17 +38,26 @@ struct Loop {
     /// each use (sporadic server).
     bool deferrable = false;
     int core = 0;
+    int overrun = 0;  ///< it may run so long without budget, for those that wait for its locks
 };
 
 /// A device of core 0 and the server of its bottom half (PIBS, E. Missimer et al., ECRTS 2016).
 struct Io {
     int budget;
     int period;
+    int section = 0;  ///< so many ticks of its work, at its begin, are under lock 0
+};
+
+/// Takes core 0 for `cost`, above everything, and not again within `interval`; 0: there is none.
+struct Interrupt {
+    int cost = 0;
+    int interval = 0;
 };
 
 struct Set {
     std::vector<Loop> loops;
     std::vector<Io> ios;
+    Interrupt interrupt{};
 };
 
 /// The scheduler's rules. Each is right as it stands here.
@@ -57,6 +67,11 @@ struct Rules {
     bool shorter_period_first = true;
     bool inheritance = true;        ///< a lock's holder has the rank of its highest waiter
     bool one_replenishment = true;  ///< a bottom half waits for used/U, even with budget left
+    /// A holder without budget goes on for its waiter, out of its own budgets to come.
+    bool holder_pays = true;
+    /// A release that an interrupt delays has its budget from when it was due. Else the server
+    /// begins when the loop wakes.
+    bool nominal_release = true;
 };
 
 inline constexpr int kCores = 2, kLoops = 3, kIos = 1, kLocks = 2, kBudget = 10;
@@ -69,17 +84,24 @@ struct LoopState {
     std::uint8_t step = 0;
     std::uint8_t left = 0;                       ///< of `run` and `suspend`
     std::uint8_t waits_for = kNobody;            ///< a lock
+    std::uint8_t grace = 0;                      ///< what it may still run without budget
+    std::uint8_t server_sleeps = 0;              ///< an interrupt delays what wakes it
     std::array<std::int8_t, kBudget> refills{};  ///< when each tick of budget may be spent, sorted
 };
+enum class IoLock : std::uint8_t { none, wants, waits, has };
 struct IoState {
     std::uint8_t work = 0;
     std::uint8_t client = 0;     ///< period that it has the rank of
     std::uint8_t remaining = 0;  ///< of the present service
     std::uint8_t used = 0;
-    std::uint8_t wait = 0;   ///< ticks until the present service, or the next one, may run
-    std::uint8_t since = 0;  ///< ticks since the present service could run
+    std::uint8_t wait = 0;     ///< ticks until the present service, or the next one, may run
+    std::uint8_t since = 0;    ///< ticks since the present service could run
+    std::uint8_t section = 0;  ///< ticks left under the lock
+    IoLock lock = IoLock::none;
 };
 struct State {
+    std::uint8_t taken = 0;            ///< by the interrupt, so many ticks more
+    std::uint8_t since_interrupt = 0;  ///< at most its interval
     std::array<LoopState, kLoops> loops{};
     std::array<IoState, kIos> ios{};
     std::array<std::uint8_t, kLocks> holder{kNobody, kNobody};
@@ -97,12 +119,14 @@ class Explorer {
         State first;
         for (std::size_t i = 0; i < set_.loops.size(); ++i) {
             first.loops[i].since = static_cast<std::uint8_t>(set_.loops[i].period);
+            first.loops[i].grace = static_cast<std::uint8_t>(set_.loops[i].overrun);
         }
+        first.since_interrupt = static_cast<std::uint8_t>(set_.interrupt.interval);
         push(first);
         while (!todo_.empty() && !missed_) {
             const State state = todo_.back();
             todo_.pop_back();
-            choose(state, 0);
+            choose(state);
         }
         return missed_;
     }
@@ -140,12 +164,22 @@ class Explorer {
             settle(next);
         }
     }
+    /// The interrupt comes first, or not at all.
+    void choose(const State& state) {
+        choose(state, 0);
+        if (set_.interrupt.cost == 0 || state.since_interrupt < set_.interrupt.interval) return;
+        State interrupted = state;
+        interrupted.taken = static_cast<std::uint8_t>(set_.interrupt.cost);
+        interrupted.since_interrupt = 0;
+        choose(interrupted, 0);
+    }
 
     void release(State& state, int i) {
         LoopState& loop = state.loops[index(i)];
         loop.active = 1;
         begin_step(loop, i, 0);
-        wake(loop, i);
+        loop.server_sleeps = !rules_.nominal_release && state.taken > 0 ? 1 : 0;
+        if (!loop.server_sleeps) wake(loop, i);
         begin_period(loop, i);
     }
     void begin_period(LoopState& loop, int i) {
@@ -174,7 +208,10 @@ class Explorer {
     /// More work than one service takes, so that it is served again and again.
     void ask(State& state, int i, int client) {
         IoState& io = state.ios[index(i)];
-        io.work = static_cast<std::uint8_t>(2 * share(i, client));
+        const int section = set_.ios[index(i)].section;
+        io.work = static_cast<std::uint8_t>(std::max(2 * share(i, client), section));
+        io.section = static_cast<std::uint8_t>(section);
+        io.lock = section > 0 ? IoLock::wants : IoLock::none;
         open(io, i, client);
     }
     void open(IoState& io, int i, int client) {
@@ -199,6 +236,7 @@ class Explorer {
                 const Step& step = set_.loops[index(i)].body[loop.step];
                 if (step.what == Do::suspend) return suspend(state, i, step.n);
             }
+            if (ask_for_lock(state)) continue;
             Running running;
             int acts = -1;
             for (int core = 0; core < kCores; ++core) {
@@ -214,6 +252,15 @@ class Explorer {
             if (acts < 0) return tick(state, running);
             if (!act(state, acts)) return;
         }
+    }
+    /// The bottom half that would run asks for its lock first.
+    bool ask_for_lock(State& state) {
+        const int runs = chosen(state, 0);
+        if (runs < loops() || state.ios[index(runs - loops())].lock != IoLock::wants) return false;
+        const bool free = state.holder[0] == kNobody;
+        state.ios[index(runs - loops())].lock = free ? IoLock::has : IoLock::waits;
+        if (free) state.holder[0] = static_cast<std::uint8_t>(runs);
+        return true;
     }
     [[nodiscard]] const Step& step_of(const State& state, int i) const {
         return set_.loops[index(i)].body[state.loops[index(i)].step];
@@ -251,6 +298,13 @@ class Explorer {
             if (state.loops[index(i)].waits_for == lock && (next < 0 || rank(state, i) < rank(state, next)))
                 next = i;
         }
+        for (int k = 0; lock == 0 && k < ios(); ++k) {
+            IoState& io = state.ios[index(k)];
+            if (io.lock != IoLock::waits || (next >= 0 && rank(state, next) < io_rank(state, k))) continue;
+            io.lock = IoLock::has;
+            state.holder[0] = static_cast<std::uint8_t>(loops() + k);
+            return;
+        }
         if (next < 0) return;
         state.holder[index(lock)] = static_cast<std::uint8_t>(next);
         LoopState& loop = state.loops[index(next)];
@@ -281,15 +335,41 @@ class Explorer {
         return (rules_.shorter_period_first ? period : 100 - period) * 16 + i;
     }
     [[nodiscard]] int rank(const State& state, int i) const {
-        int best = own_rank(i);
-        if (!rules_.inheritance) return best;
+        if (!rules_.inheritance) return own_rank(i);
+        const bool on_own_account = i >= loops() || state.loops[index(i)].refills[0] <= 0;
+        const int inherited = waiters_rank(state, i);
+        return on_own_account ? std::min(own_rank(i), inherited) : std::min(inherited, kNoRank);
+    }
+    /// Of the highest that waits for loop i, or bottom half i − loops(); kNoRank: nobody does.
+    [[nodiscard]] int waiters_rank(const State& state, int i) const {
+        int best = kNoRank;
         for (int lock = 0; lock < kLocks; ++lock) {
             if (state.holder[index(lock)] != i) continue;
             for (int j = 0; j < loops(); ++j) {
                 if (j != i && state.loops[index(j)].waits_for == lock) best = std::min(best, rank(state, j));
             }
+            for (int k = 0; lock == 0 && k < ios(); ++k) {
+                if (state.ios[index(k)].lock == IoLock::waits) best = std::min(best, io_rank(state, k));
+            }
         }
         return best;
+    }
+    /// The loop that pays for a tick of loop i: itself, or, where the rules say so, a waiter of its
+    /// core; −1: nobody.
+    [[nodiscard]] int payer(const State& state, int i) const {
+        const LoopState& loop = state.loops[index(i)];
+        if (loop.refills[0] <= 0) return i;
+        if (waiters_rank(state, i) == kNoRank) return -1;
+        if (rules_.holder_pays) return loop.grace > 0 ? i : -1;
+        int pays = -1;
+        for (int j = 0; j < loops(); ++j) {
+            const LoopState& waiter = state.loops[index(j)];
+            if (waiter.waits_for >= kLocks || state.holder[waiter.waits_for] != i) continue;
+            if (set_.loops[index(j)].core == set_.loops[index(i)].core && waiter.refills[0] <= 0 &&
+                (pays < 0 || own_rank(j) < own_rank(pays)))
+                pays = j;
+        }
+        return pays;
     }
     [[nodiscard]] int io_rank(const State& state, int io) const {
         const int period = state.ios[index(io)].client;
@@ -297,6 +377,7 @@ class Explorer {
     }
     /// The loop, or loops() + the bottom half, that has the core; −1: it idles.
     [[nodiscard]] int chosen(const State& state, int core) const {
+        if (core == 0 && state.taken > 0) return -1;
         int best = -1, best_rank = 0;
         const auto offer = [&](int who, int its_rank) {
             if (best < 0 || its_rank < best_rank) best = who, best_rank = its_rank;
@@ -304,11 +385,16 @@ class Explorer {
         for (int i = 0; i < loops(); ++i) {
             const LoopState& loop = state.loops[index(i)];
             if (set_.loops[index(i)].core != core) continue;
-            if (loop.active && loop.waits_for == kNobody && loop.refills[0] <= 0) offer(i, rank(state, i));
+            if (loop.active && loop.waits_for == kNobody && payer(state, i) >= 0) offer(i, rank(state, i));
         }
         for (int k = 0; core == 0 && k < ios(); ++k) {
             const IoState& io = state.ios[index(k)];
-            if (io.work > 0 && io.wait == 0) offer(loops() + k, io_rank(state, k));
+            if (io.work == 0 || io.lock == IoLock::waits) continue;
+            const int inherited = waiters_rank(state, loops() + k);
+            if (io.wait == 0)
+                offer(loops() + k, std::min(io_rank(state, k), inherited));
+            else if (inherited != kNoRank)
+                offer(loops() + k, inherited);
         }
         return best;
     }
@@ -319,9 +405,30 @@ class Explorer {
         for (const int runs : running) {
             if (runs >= 0 && runs < loops()) run_loop(state, runs);
         }
-        for (int k = 0; k < ios(); ++k) pass(state.ios[index(k)], k, running[0] == loops() + k);
+        for (int k = 0; k < ios(); ++k) {
+            const bool runs = running[0] == loops() + k;
+            IoState& io = state.ios[index(k)];
+            const bool ends = runs && io.section > 0 && --io.section == 0;
+            pass(io, k, runs);
+            if (!ends) continue;
+            io.lock = IoLock::none;
+            give_back(state, 0);
+        }
         for (int i = 0; i < loops(); ++i) pass(state, i);
+        for (int i = 0; i < loops(); ++i) {
+            if (waiters_rank(state, i) == kNoRank)
+                state.loops[index(i)].grace = static_cast<std::uint8_t>(set_.loops[index(i)].overrun);
+        }
+        if (state.since_interrupt < set_.interrupt.interval) ++state.since_interrupt;
+        if (state.taken > 0 && --state.taken == 0) wake_servers(state);
         push(state);
+    }
+    /// The interrupt is over.
+    void wake_servers(State& state) {
+        for (int i = 0; i < loops(); ++i) {
+            if (std::exchange(state.loops[index(i)].server_sleeps, std::uint8_t{0}))
+                wake(state.loops[index(i)], i);
+        }
     }
     void pass(State& state, int i) {
         LoopState& loop = state.loops[index(i)];
@@ -345,20 +452,32 @@ class Explorer {
             missed_ = i;
     }
     void run_loop(State& state, int i) {
+        const int pays = payer(state, i);
+        if (pays == i && state.loops[index(i)].refills[0] > 0) --state.loops[index(i)].grace;
+        spend(state.loops[index(pays)], pays);
         LoopState& loop = state.loops[index(i)];
+        if (--loop.left > 0) return;
+        begin_step(loop, i, loop.step + 1);
+        unlock_all(state, i);
+    }
+    /// The first tick of budget comes back one period later.
+    void spend(LoopState& loop, int i) {
         const auto budget = loop.refills.begin() + set_.loops[index(i)].budget;
         std::rotate(loop.refills.begin(), loop.refills.begin() + 1, budget);
         *(budget - 1) = set_.loops[index(i)].deferrable
                             ? kSpent
                             : static_cast<std::int8_t>(*(budget - 1) + set_.loops[index(i)].period);
-        if (--loop.left > 0) return;
-        begin_step(loop, i, loop.step + 1);
-        unlock_all(state, i);
     }
-    /// What was used comes back at (begin of the service) + used/U.
+    /// What was used comes back at (begin of the service) + used/U. What it runs without budget,
+    /// for one that waits for its lock, comes back later by as much.
     void pass(IoState& io, int i, bool runs) {
         if (io.wait > 0) {
             --io.wait;
+            if (!runs) return;
+            const Io& server = set_.ios[index(i)];
+            io.wait =
+                static_cast<std::uint8_t>(io.wait + (server.period + server.budget - 1) / server.budget);
+            if (--io.work == 0) io.remaining = io.used = io.since = io.client = 0;
             return;
         }
         if (io.work == 0) return;
@@ -385,6 +504,7 @@ class Explorer {
     }
 
     static constexpr std::uint8_t kSuspended = 0xfe;
+    static constexpr int kNoRank = 1 << 20;
     static constexpr std::int8_t kSpent = 100;  // until the next release
     Set set_;
     Rules rules_;

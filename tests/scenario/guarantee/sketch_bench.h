@@ -45,6 +45,12 @@ class SketchBench {
         table_.loops.back().suspension = sleep;
         table_.loops.back().deferrable = sleep > Nanoseconds{0};
     }
+    /// The last loop of that number sleeps in so many pieces.
+    void says_sleeps(VcpuId id, int sleeps) {
+        runtime::LoopDeclaration& loop = *std::ranges::find(table_.loops, id, &runtime::LoopDeclaration::id);
+        loop.sleeps = sleeps;
+        loop.says_sleeps = true;
+    }
     /// A loop whose body is a sketch's own.
     void add_loop(VcpuId id, Nanoseconds budget, Nanoseconds period, int core, void (*body)()) {
         table_.loops.push_back(declaration(id, budget, period, core, body));

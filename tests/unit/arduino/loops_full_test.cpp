@@ -19,7 +19,7 @@ QDUINO_TEST_LOOP(25) QDUINO_TEST_LOOP(26) QDUINO_TEST_LOOP(27) QDUINO_TEST_LOOP(
     EXPECT_EQ(table.dropped, 0);
     for (std::size_t i = 0; i < 32; ++i) EXPECT_EQ(table.loops[i].id, i + 1);
     const qduino::arduino::LoopRegistration one_more(
-        5, 1ms, 10ms, 0, 0ms, [] {}, __FILE__, __LINE__);
+        5, 1ms, 10ms, 0, 0ms, 0, [] {}, __FILE__, __LINE__);
     EXPECT_EQ(table.loops.size(), 32U);
     EXPECT_EQ(table.dropped, 1) << "the runtime refuses the sketch for it";
 }

@@ -318,7 +318,7 @@ TEST_F(ArduinoParts, QduinosNames) {
 }
 
 TEST_F(ArduinoParts, ALockIsRecursiveForItsHolderAlone) {
-    qduino::arduino::Lock lock;
+    qduino::arduino::Lock lock{"Lock", qduino::runtime::Unsaid::whole_budgets};
     board().vcpu = 3;
     lock.lock();
     EXPECT_TRUE(lock.try_lock());

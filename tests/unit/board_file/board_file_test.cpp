@@ -46,6 +46,7 @@ TEST(BoardFile, TheExampleOfThePageSaysEverythingThatCanBeSaidOfASimulator) {
     EXPECT_EQ(sim.tick_cost, 2us);
     EXPECT_EQ(sim.wake_latency, 50us);
     EXPECT_EQ(sim.edge_top_half, 3us);
+    EXPECT_EQ(sim.edge_interval, 100us);
     EXPECT_TRUE(sim.charge_interrupts_to_victim);
     EXPECT_FALSE(sim.serial_at_baud);
     EXPECT_EQ(sim.edge_poll_period, 20us);
@@ -235,8 +236,8 @@ TEST(BoardFile, UnknownKeysAreErrorsThatListTheKnownOnes) {
     EXPECT_EQ(
         error_of("[sim]\nseeed = 1\n"),
         "b.toml:2: [sim] 'seeed' is not known; accepted: cores, seed, tick_period, tick_cost, wake_latency, "
-        "edge_top_half, charge_interrupts_to_victim, serial_at_baud, edge_poll_period, poll_limit, "
-        "poll_cost, "
+        "edge_top_half, edge_interval, charge_interrupts_to_victim, serial_at_baud, edge_poll_period, "
+        "poll_limit, poll_cost, "
         "body_cost, "
         "spin_limit, stack_bytes, costs, interrupt, fault");
     EXPECT_EQ(error_of("[[gpio]]\npin = 1\nline = 2\npull = \"up\"\n"),

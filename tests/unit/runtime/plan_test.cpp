@@ -37,13 +37,19 @@ Result<void> admit(Plan& plan, std::size_t cores, const SketchTable& table) {
     return admit(plan, Overheads(cores), table);
 }
 
+void each_section(const SketchTable& table, Plan& plan) {
+    LockDeclaration::each_section(
+        table, board::current(), [&](const sched::CriticalSection& section) { plan.add_section(section); },
+        [](const sched::CriticalSection&, void (*)()) {});
+}
+
 /// The same with a lock, which loops 1 and 2 hold for so long.
 Result<void> admit_with_a_lock(Plan& plan, std::size_t cores, const SketchTable& table, Nanoseconds first,
                                Nanoseconds second) {
     LockDeclaration lock;
     lock.held_by(1, first);
     lock.held_by(2, second);
-    LockDeclaration::each_section(table, [&](const sched::CriticalSection& s) { plan.add_section(s); });
+    each_section(table, plan);
     return admit(plan, cores, table);
 }
 
@@ -135,8 +141,7 @@ TEST(Plan, ALockThatSaysNothingCountsWithWholeBudgets) {
     const SketchTable table = sketch({loop(1, 2ms, 10ms, 0), loop(2, 20ms, 100ms, 0)});
     ASSERT_TRUE(plan.add_loops(table));
     LockDeclaration lock;
-    const auto add = [&](const sched::CriticalSection& section) { plan.add_section(section); };
-    LockDeclaration::each_section(table, add);
+    each_section(table, plan);
     EXPECT_FALSE(plan.admit(Overheads(1)));  // loop 1 may wait for 20 ms
 }
 
@@ -187,8 +192,8 @@ TEST(Plan, TheRoomForASleepIsWhatFits) {
     EXPECT_EQ(plan.room_for_sleep(1), 14ms);
     EXPECT_EQ(plan.room_for_sleep(2), 6ms);
     for (const board::VcpuId id : {board::VcpuId{1}, board::VcpuId{2}}) {
-        EXPECT_TRUE(plan.response_with_sleep(id, plan.room_for_sleep(id)).meets());
-        EXPECT_FALSE(plan.response_with_sleep(id, plan.room_for_sleep(id) + 1us).meets());
+        EXPECT_TRUE(plan.response_with_sleep(id, plan.room_for_sleep(id), 1).meets());
+        EXPECT_FALSE(plan.response_with_sleep(id, plan.room_for_sleep(id) + 1us, 1).meets());
     }
     Plan full(true);
     ASSERT_TRUE(admit(full, 1, sketch({loop(1, 10ms, 20ms, 0), loop(2, 20ms, 40ms, 0)})));

@@ -197,6 +197,13 @@ TEST(BudgetAccount, PutsItOffByOneBudgetAtMost) {
     EXPECT_FALSE(account.releases());
 }
 
+TEST(BudgetAccount, OrByAsMuchAsItsSectionsSay) {
+    BudgetAccount account = make_account();
+    account.may_overrun(25ns);
+    account.holds();
+    EXPECT_EQ(account.timer(at(10, 10)), step_back_for(25ns));
+}
+
 TEST(BudgetAccount, ALockWithinTheBudgetChangesNothing) {
     BudgetAccount account = make_account();
     account.holds();

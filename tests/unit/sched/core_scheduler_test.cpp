@@ -235,6 +235,37 @@ TEST(CoreScheduler, AHolderWithoutBudgetOverrunsForAWaiterOfAnotherCoreByOneBudg
     EXPECT_EQ(core.decide(at_ns(20)), run(1, 23));
 }
 
+/// It says that it holds locks for 2 ns: so long nobody else pays. From then on its waiter does.
+TEST(CoreScheduler, AHolderWithoutBudgetPaysForItsSectionsItself) {
+    CoreScheduler core;
+    ASSERT_TRUE(core.add(1, {3ns, 30ns}, kEpoch, {.overrun = 2ns}));
+    ASSERT_TRUE(core.add(2, {4ns, 10ns}));
+    core.wake(1, at_ns(0));
+    EXPECT_EQ(core.decide(at_ns(0)), run(1, 3));
+    core.wake(2, at_ns(3));
+    core.wait_for_lock(2, true, at_ns(3));
+    core.inherit(1, {10ns, 2});
+    EXPECT_EQ(core.decide(at_ns(3)), run(1, 5));
+    EXPECT_EQ(core.decide(at_ns(5)), run(1, 9));
+    EXPECT_EQ(core.consumed(1), 5ns);
+    EXPECT_EQ(core.consumed(2), 0ns);
+    core.inherit(1, Rank{});
+    core.wait_for_lock(2, false, at_ns(6));
+    EXPECT_EQ(core.decide(at_ns(6)), run(2, 9));  // it had paid for one
+    EXPECT_EQ(core.decide(at_ns(9)), idle(at_ns(13)));
+    core.block(2, at_ns(9));
+    EXPECT_EQ(core.next_replenishment(1), at_ns(32)) << "two of the three due at 30 are spent";
+}
+
+TEST(CoreScheduler, ACostIsChargedOutOfTheBudgetsToCome) {
+    CoreScheduler core;
+    ASSERT_TRUE(core.add(1, {3ns, 10ns}));
+    core.wake(1, at_ns(0));
+    core.charge(1, 4ns, at_ns(0));
+    EXPECT_EQ(core.consumed(1), 4ns);
+    EXPECT_EQ(core.decide(at_ns(0)), idle(at_ns(11)));
+}
+
 TEST(CoreScheduler, AWaitForALockDelaysNoRefill) {
     CoreScheduler core;
     ASSERT_TRUE(core.add(1, {3ns, 10ns}));
