@@ -102,8 +102,8 @@ struct VcpuSpec : sched::Vcpu {
     /// Runs on the VCPU until the board stops; returns when stop_requested().
     void (*entry)(void*) = nullptr;
     void* context = nullptr;
-    /// What it may run without budget for those that wait for its locks; 0: it says nothing of
-    /// them.
+    /// An I/O VCPU: what it may run without budget for those that wait for its locks; 0: it says
+    /// nothing of them.
     Nanoseconds overrun{};
     /// A loop: how often a release asks for locks, as admission has it.
     int requests = 0;

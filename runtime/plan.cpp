@@ -525,7 +525,7 @@ std::vector<board::VcpuSpec> Plan::specs() const {
         spec.core = std::max({admission_->core_of(spec.id), spec.core, 0});
         spec.owns_core = owner_of(spec.core) == spec.id;
         if (spec.is_io()) spec.client_period = client_period(spec.core);
-        spec.overrun = sched::longest_overrun(sections_, spec.id);
+        if (spec.is_io()) spec.overrun = sched::longest_overrun(sections_, spec.id);
         spec.requests = sched::requests_of(sections_, spec.id);
         specs.push_back(spec);
     }

@@ -25,11 +25,16 @@
 //   io 33  ██(lock)··········                 · no budget; goes on at the rank of loop 1: ▒
 //                    ▒▒▒▒▒▒▒▒
 //
-// A holder whose budget is spent goes on for its waiter, for no longer than its sections say. Its
-// server pays, out of the budgets to come. So the waiter pays for nobody, and a lower VCPU sees so
-// much more of the holder, once: overruns are charged forward. (A waiter that paid instead would
-// lack that at its own end: G. Lamastra, G. Lipari, L. Abeni, RTSS 2001, give it the bandwidth, and
-// not the time.)
+// Its server pays for that, out of the budgets to come, for no longer than its sections say.
+//
+// A loop that keeps to its budget has it until its release ends: its server begins at the nominal
+// release, whatever delays the wake-up, and a wait for a lock delays no refill. So no such loop
+// lacks budget while it holds a lock, and R has no term for it. One that has computed more than it
+// declares may. Then its waiters pay (core_scheduler.h), which share the lock with it, and nobody
+// else is later by it. (The alternatives cost honest loops more. A holder that overran and paid
+// later would delay all below it by its sections, a term in each R. One that may lock only while
+// its budget covers its section, M. Behnam et al., "SIRAP", EMSOFT 2007, would wait for a period
+// where the section is in fact shorter than its bound.)
 #pragma once
 
 #include <array>

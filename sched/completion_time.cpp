@@ -96,7 +96,6 @@ void CompletionTime::hold_up(const CoreLoad& load) {
     for (const Vcpu& io : ios_) handlers.push_back(io.id);
     std::optional<Blocking> blocking;
     if (!local.empty()) blocking.emplace(by_rank, local, handlers);
-    Nanoseconds overruns{};
     for (std::size_t i = 0; i < loops_.size(); ++i) {
         const Vcpu& loop = loops_[i];
         waits_[i] = load.waits_of(loop.id);
@@ -105,13 +104,12 @@ void CompletionTime::hold_up(const CoreLoad& load) {
         late_[i] = (1 + loop.times_asleep()) * overheads_.wake_latency;
         const int begins = 1 + loop.times_asleep() + waits_[i].requests;
         held_up_[i] = loop.suspension + waits_[i].requests * waits_[i].each +
-                      std::min(begins, 2) * waits_[i].lifted + overruns + late_[i];
+                      std::min(begins, 2) * waits_[i].lifted + late_[i];
         if (blocking) {
             blocked_[i] = blocking->of(i);
             held_up_[i] += begins * blocked_[i];
             by_handlers_[i] = blocking->by_handlers(i);
         }
-        overruns += longest_overrun(load.sections, loop.id);
     }
     for (std::size_t k = 0; blocking && k < ios_.size(); ++k)
         io_held_up_[k] = blocking->of_handler(ios_[k].id);

@@ -2,7 +2,7 @@
 //
 //   R = C_i + S_i + B_i + V_i + Σ_{j in hp(i)} ⌈(R + J_j)/T_j⌉·C_j
 //           + Σ_{k in I/O} max_{q in hep(i)} (1 + ⌈(R − U_k·T_q)/T_q⌉)·U_k·T_q  +  platform(R)
-//           + O_i + (1 + sleeps)·late
+//           + (1 + sleeps)·late
 //
 // C     budget, what an activation and each further wait costs (admission.h), and the waits for
 //       handlers that hold a lock (blocking.h). Of others: with what they have beside the budget
@@ -13,8 +13,6 @@
 // V     waits for locks that loops of other cores hold (remote_blocking.h)
 // J     T − C of a loop whose budget may be used late in one period and early in the next
 //       (deferrable_server.h), else `late`
-// O     what loops above run without budget for those that wait for their locks (blocking.h): once
-//       each
 // late  how late a loop wakes (PlatformOverheads::wake_latency)
 // hp    loops of higher priority, and those that share the loop's priority
 // U·T   at least what an activation costs: a bottom half pays for its activations out of its own
@@ -141,7 +139,7 @@ class CompletionTime {
     std::array<Nanoseconds, kMainVcpuLimit> allowance_{};    // for interrupts
     std::array<Nanoseconds, kMainVcpuLimit> late_{};         // wakes so late, all together
     std::array<Nanoseconds, kMainVcpuLimit> blocked_{};      // B
-    std::array<Nanoseconds, kMainVcpuLimit> held_up_{};      // S + B + V + O + late
+    std::array<Nanoseconds, kMainVcpuLimit> held_up_{};      // S + B + V + late
     std::array<Nanoseconds, kIoVcpuLimit> io_held_up_{};     // by locks of loops
     std::array<RemoteWaits, kMainVcpuLimit> waits_{};
     /// The distinct periods, shortest first: what an I/O VCPU's client may have. hep(i) has the

@@ -16,7 +16,6 @@ bool CoreScheduler::add(VcpuId id, VcpuParameters parameters, Instant now, MainV
     insert({.id = id,
             .owns_core = options.owns_core,
             .blocked_at = now,
-            .overrun = options.overrun,
             .server = options.deferrable ? Server{DeferrableServer{parameters, now}}
                                          : Server{SporadicServer{parameters, now, options.server}}});
     ++main_count_;

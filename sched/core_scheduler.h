@@ -18,13 +18,14 @@
 //   did. Otherwise its budget would come back late, and the next release would pay for the wait.
 // - inherit(): the holder of a lock takes the rank of its highest waiter (L. Sha, R. Rajkumar, J.
 //   Lehoczky, "Priority inheritance protocols", IEEE Trans. Computers, 1990).
-// - A holder whose budget is spent goes on at the rank of its highest waiter, so nobody waits for
-//   its replenishment. It overruns: its own replenishments come the later, and the waiter keeps all
-//   its budget. This lasts for as long as its sections say (the option `overrun`).
-// - A holder that stays longer in its sections runs on the budget of its highest waiter on this
-//   core. So only those pay who share the lock with it (G. Lamastra, G. Lipari, L. Abeni, "A
-//   bandwidth inheritance algorithm", RTSS 2001). Where the highest waiter is of another core,
-//   nobody here can pay: one that says nothing of its sections overruns, by one budget at most.
+// - A holder whose budget is spent runs on the budget, and at the rank, of its highest waiter on
+//   this core. So nobody waits for its replenishment, and only those pay who share the lock with
+//   it (G. Lamastra, G. Lipari, L. Abeni, "A bandwidth inheritance algorithm", RTSS 2001). A loop
+//   that keeps what it declares is never such a holder (blocking.h).
+// - Where the highest waiter is of another core, nobody here can pay. Such a holder overruns, by
+//   one budget at most, and its own replenishments come the later.
+// - A handler may be such a holder however well it keeps to what it declares. It overruns for its
+//   waiter, for as long as its sections say (the option `overrun`), and pays for that later.
 //
 // The caller keeps the clock. It calls decide(now), runs the chosen VCPU until `until` at the
 // latest (or until something wakes or blocks), then calls again. Between two calls the chosen VCPU
@@ -65,14 +66,13 @@ struct Rank {
 struct MainVcpuOptions {
     bool owns_core = false;   ///< never throttled (needs budget == period)
     bool deferrable = false;  ///< the whole budget comes back at each release
-    Nanoseconds overrun{};    ///< for those that wait for its locks; 0: it says nothing of them
     SporadicServerOptions server{};
 };
 
 struct IoVcpuOptions {
     Nanoseconds activation{};     ///< pibs.h
     Nanoseconds client_period{};  ///< pibs.h
-    Nanoseconds overrun{};        ///< as of a main VCPU
+    Nanoseconds overrun{};        ///< for those that wait for its locks; 0: it says nothing of them
 };
 
 /// One owner at a time. No call blocks or allocates; each is O(VCPUs of the core).
@@ -141,8 +141,8 @@ class CoreScheduler {
         bool waits_for_lock = false;
         Instant blocked_at = kEpoch;  // the last time
         Rank inherited{};
-        Nanoseconds overrun{};
-        /// What of it is left while somebody waits.
+        Nanoseconds overrun{};  // of an I/O VCPU
+        /// What it may still overrun while somebody waits for it.
         Nanoseconds grace{};
         Nanoseconds owned_consumed{};  // an owning VCPU has no server to charge
         Server server{};

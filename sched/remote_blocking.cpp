@@ -132,7 +132,6 @@ class Waiter {
         const bool whole = is_above(loop, core) && ranks_above(loop, *lowest_[core]);
         const CoreLoad& load = computer_.loads[core];
         const Nanoseconds amount = whole ? cost_of(loop, found ? found->requests : 0, load) : locked;
-        if (whole) overruns_[core == self_.core ? 1 : 0] += longest_overrun(load.sections, loop.id);
         if (amount == Nanoseconds{0}) return;
         executors_.push_back({.amount = amount,
                               .jitter = std::max(ends_within(loop, core) - amount, Nanoseconds{0}),
@@ -146,7 +145,6 @@ class Waiter {
     /// Σ H_m(i, window), with the waiter's own core or without.
     [[nodiscard]] Nanoseconds held_up(Nanoseconds window, bool own_core) const {
         Nanoseconds sum = own_core ? std::max(longest_below_[0], longest_below_[1]) : longest_below_[0];
-        sum += own_core ? overruns_[0] + overruns_[1] : overruns_[0];
         for (const Executor& each : executors_) {
             if (own_core || !each.own_core) sum += each.period.ceil(window + each.jitter) * each.amount;
         }
@@ -208,7 +206,6 @@ class Waiter {
     std::array<const Vcpu*, kCoreLimit> lowest_{};  // of the other holders on each core
     FixedVector<Executor, kLoopLimit> executors_;
     std::array<Nanoseconds, 2> longest_below_{};  // of one lock alone: on other cores, on its own
-    std::array<Nanoseconds, 2> overruns_{};       // likewise, of loops that may run all they have
 };
 
 /// What lower loops of the core of `loop` execute with locks at the rank of loops that wait

@@ -13,15 +13,14 @@ bound, however it was found. All in whole nanoseconds and exact fractions.
 
   demand(i, w) = C_i + S_i + B_i + V_i + sum over loops j that can delay i of ceil((w + J_j)/T_j) C_j
                  + sum over bottom halves of max over clients q (1 + ceil((w - U T_q)/T_q)) U T_q
-                 + sum over interferers of ceil((w + jitter)/interval) cost + O_i + (1 + sleeps) late
+                 + sum over interferers of ceil((w + jitter)/interval) cost + (1 + sleeps) late
 
 C with what an activation and further waits cost, and the waits for handlers that hold a lock; of others with what they have beside the
-budget to pay for interrupts; O: what loops above run without budget for those that wait for their locks, once each; late: how late a loop
-wakes; edges of a bottom half's pins are an interferer; V: waits for locks of other cores, each no longer than the claimed longest one W, which is
-put into its own equation: what the cores of the holders can execute in W, at the waiter's rank or above, is less than W (the head of
-sched/remote_blocking.h has the argument); B: Sha, Rajkumar, Lehoczky, IEEE ToC 1990; S, J: Audsley et al., 1993; Chen et al., 2019; bottom
-halves: Missimer, Missimer, West, ECRTS 2016. A core that the utilisation bound admits is held against that bound instead (Liu,
-Layland, JACM 1973; the bottom halves' part: Danish, Li, West, RTAS 2011).
+budget to pay for interrupts; late: how late a loop wakes; edges of a bottom half's pins are an interferer; V: waits for locks of other
+cores, each no longer than the claimed longest one W, which is put into its own equation: what the cores of the holders can execute in W,
+at the waiter's rank or above, is less than W (the head of sched/remote_blocking.h has the argument); B: Sha, Rajkumar, Lehoczky, IEEE ToC
+1990; S, J: Audsley et al., 1993; Chen et al., 2019; bottom halves: Missimer, Missimer, West, ECRTS 2016. A core that the utilisation bound
+admits is held against that bound instead (Liu, Layland, JACM 1973; the bottom halves' part: Danish, Li, West, RTAS 2011).
 """
 import argparse
 import copy
@@ -103,11 +102,6 @@ class Core:
         locks = self.connected(set(own))
         return len(own) * sum(s["length_ns"] for s in self.local() if s["vcpu"] >= FIRST_IO and s["lock"] in locks)
 
-    def overrun(self, loop):
-        """What it may run without budget, for those that wait for its locks."""
-        others = {s["lock"] for s in self.computer.sections if s["vcpu"] != loop["id"] and s["length_ns"]}
-        return sum(s["length_ns"] for s in self.sections if s["vcpu"] == loop["id"] and s["lock"] in others)
-
     def locked(self, loop):
         """What a release executes with locks."""
         length = sum(s["length_ns"] for s in self.sections if s["vcpu"] == loop["id"] and not s["assumed"])
@@ -156,7 +150,7 @@ class Core:
         loop = self.loops[i]
         waits = self.requests(loop) if self.computer.waits(loop["id"]) else 0
         begins = 1 + sleeps(loop) + waits
-        total = self.own_cost(loop) + sum(self.overrun(above) for above in self.loops[:i]) + (1 + sleeps(loop)) * self.claim["wake_ns"]
+        total = self.own_cost(loop) + (1 + sleeps(loop)) * self.claim["wake_ns"]
         total += loop["suspension_ns"] + begins * self.blocking(i) + min(begins, 2) * self.computer.lifted(self, loop)
         total += waits * self.computer.executed(self, loop, loop["longest_wait_ns"], own_core=False)
         total += sum(self.releases(other, window) * self.cost(other) for other in self.delaying(i))
@@ -181,7 +175,6 @@ class Core:
             higher = self.computer.above(loop, waiter)
             whole = higher and rank(loop) < rank(lowest)
             amount = self.cost(loop) if whole else self.locked(loop)
-            total += self.overrun(loop) if whole else 0
             total += ceil(window + max(self.ends_within(loop) - amount, 0), loop["period_ns"]) * amount
         for io in self.ios:
             clients = [io["client_period_ns"]] if io["client_period_ns"] else [loop["period_ns"] for loop in self.loops]
@@ -555,8 +548,7 @@ def twice(certificate):
 
 def self_test():
     golden = core([loop(1, 30, 100, 50), loop(2, 20, 100, 86), loop(3, 4, 10, 4)])
-    # Loop 2 sees what loop 1 may run without budget as well.
-    locks = core([loop(1, 2, 12, 7), loop(2, 6, 35, 9)], sections=[section(1, 0, 1), section(2, 0, 5)])
+    locks = core([loop(1, 2, 12, 7), loop(2, 6, 35, 8)], sections=[section(1, 0, 1), section(2, 0, 5)])
     asleep = core([loop(1, 6, 20, 6), loop(2, 8, 30, 29, suspension_ns=9, deferrable=True)])
     io = core([loop(1, 6, 10, 8), loop(2, 5, 40, 37)],
               ios=[handler(33, 1, 10)])
@@ -572,7 +564,7 @@ def self_test():
                 interferers=[{"cost_ns": 10, "interval_ns": 100, "jitter_ns": 0}])
     edges = core([loop(1, 60, 100, 80), loop(2, 10, 300, 178)], ios=[handler(33, 2, 100) | {"edge_ns": 1, "edge_interval_ns": 5}])
     # The handler may hold the lock without budget, whatever its rank.
-    held = core([loop(1, 4, 20, 14), loop(2, 5, 60, 36)], ios=[handler(33, 1, 20)], sections=[section(1, 0, 1), section(33, 0, 8)])
+    held = core([loop(1, 4, 20, 14), loop(2, 5, 60, 35)], ios=[handler(33, 1, 20)], sections=[section(1, 0, 1), section(33, 0, 8)])
     kept = core([loop(1, 50, 100, 50), loop(2, 39, 100, 99)], kept_ns=10, kept_period_ns=100)
 
     chained = core([loop(1, 2, 10, 3), loop(2, 4, 40, 8)],

@@ -104,9 +104,8 @@ int run_sketch(MetalBoard& board, Runtime& runtime, double seconds) {
     const auto loops = loops_of(runtime);
     report(text<std::string>('\n', loop_table(loops), "Periods: ", periods_kept(loops, board.now()),
                              sleep_verdict(runtime), lock_verdict(runtime, runtime::sketch_table()),
-                             chain_verdict(runtime), ".\n", chain_lines(runtime),
-                             handlers_kept(guarantee), charges(guarantee), guarantee_text(guarantee),
-                             about_silence()));
+                             chain_verdict(runtime), ".\n", chain_lines(runtime), handlers_kept(guarantee),
+                             charges(guarantee), guarantee_text(guarantee), about_silence()));
     return linux_side.was_silent() ? static_cast<int>(board::kEndedBySilence) : 0;
 }
 

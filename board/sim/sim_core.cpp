@@ -11,15 +11,13 @@ bool SimCore::add(Vcpu& vcpu, Instant now) {
     const VcpuSpec& spec = vcpu.spec;
     // A bottom half takes the core for the switch to it and for the one back. Its edges' top halves
     // are counted for themselves.
-    const bool added =
-        spec.is_io()
-            ? scheduler_.add_io(spec.id, spec.parameters(), now,
-                                {.activation = 2 * config_.costs.context_switch,
-                                 .client_period = spec.client_period,
-                                 .overrun = spec.overrun})
-            : scheduler_.add(
-                  spec.id, {spec.budget + spec.allowance, spec.period}, now,
-                  {.owns_core = spec.owns_core, .deferrable = spec.deferrable, .overrun = spec.overrun});
+    const bool added = spec.is_io()
+                           ? scheduler_.add_io(spec.id, spec.parameters(), now,
+                                               {.activation = 2 * config_.costs.context_switch,
+                                                .client_period = spec.client_period,
+                                                .overrun = spec.overrun})
+                           : scheduler_.add(spec.id, {spec.budget + spec.allowance, spec.period}, now,
+                                            {.owns_core = spec.owns_core, .deferrable = spec.deferrable});
     if (!added) return false;
     vcpu.core = this;
     const auto place = std::find_if(vcpus_.begin(), vcpus_.end(),

@@ -41,9 +41,8 @@ bool Core::add(Thread& thread, Nanoseconds activation, Instant now) {
             ? scheduler_.add_io(
                   spec.id, spec.parameters(), now,
                   {.activation = activation, .client_period = spec.client_period, .overrun = spec.overrun})
-            : scheduler_.add(
-                  spec.id, spec.parameters(), now,
-                  {.owns_core = spec.owns_core, .deferrable = spec.deferrable, .overrun = spec.overrun});
+            : scheduler_.add(spec.id, spec.parameters(), now,
+                             {.owns_core = spec.owns_core, .deferrable = spec.deferrable});
     if (added) threads_[spec.id] = &thread;
     return added;
 }

@@ -38,7 +38,6 @@ struct Loop {
     /// each use (sporadic server).
     bool deferrable = false;
     int core = 0;
-    int overrun = 0;  ///< it may run so long without budget, for those that wait for its locks
 };
 
 /// A device of core 0 and the server of its bottom half (PIBS, E. Missimer et al., ECRTS 2016).
@@ -58,6 +57,8 @@ struct Set {
     std::vector<Loop> loops;
     std::vector<Io> ios;
     Interrupt interrupt{};
+    /// A run may be shorter than it says, by any number of ticks but the first.
+    bool shorter_runs = false;
 };
 
 /// The scheduler's rules. Each is right as it stands here.
@@ -67,8 +68,8 @@ struct Rules {
     bool shorter_period_first = true;
     bool inheritance = true;        ///< a lock's holder has the rank of its highest waiter
     bool one_replenishment = true;  ///< a bottom half waits for used/U, even with budget left
-    /// A holder without budget goes on for its waiter, out of its own budgets to come.
-    bool holder_pays = true;
+    /// A holder without budget goes on for its waiter, on the waiter's budget. Else nobody pays.
+    bool waiter_pays = true;
     /// A release that an interrupt delays has its budget from when it was due. Else the server
     /// begins when the loop wakes.
     bool nominal_release = true;
@@ -84,7 +85,6 @@ struct LoopState {
     std::uint8_t step = 0;
     std::uint8_t left = 0;                       ///< of `run` and `suspend`
     std::uint8_t waits_for = kNobody;            ///< a lock
-    std::uint8_t grace = 0;                      ///< what it may still run without budget
     std::uint8_t server_sleeps = 0;              ///< an interrupt delays what wakes it
     std::array<std::int8_t, kBudget> refills{};  ///< when each tick of budget may be spent, sorted
 };
@@ -119,7 +119,6 @@ class Explorer {
         State first;
         for (std::size_t i = 0; i < set_.loops.size(); ++i) {
             first.loops[i].since = static_cast<std::uint8_t>(set_.loops[i].period);
-            first.loops[i].grace = static_cast<std::uint8_t>(set_.loops[i].overrun);
         }
         first.since_interrupt = static_cast<std::uint8_t>(set_.interrupt.interval);
         push(first);
@@ -133,6 +132,8 @@ class Explorer {
     [[nodiscard]] std::size_t states() const { return seen_.size(); }
     /// False: there were more states than were followed.
     [[nodiscard]] bool complete() const { return seen_.size() < limit_; }
+    /// Some loop held a lock without budget, while another waited for it.
+    [[nodiscard]] bool paid() const { return paid_; }
 
   private:
     static std::size_t index(int i) { return static_cast<std::size_t>(i); }
@@ -241,7 +242,11 @@ class Explorer {
             int acts = -1;
             for (int core = 0; core < kCores; ++core) {
                 const int runs = running[index(core)] = chosen(state, core);
-                if (runs < 0 || runs >= loops() || step_of(state, runs).what == Do::run) continue;
+                if (runs < 0 || runs >= loops()) continue;
+                if (step_of(state, runs).what == Do::run) {
+                    end_early(state, runs);
+                    continue;
+                }
                 if (acts >= 0) {
                     State other_first = state;
                     if (act(other_first, runs)) settle(other_first);
@@ -252,6 +257,14 @@ class Explorer {
             if (acts < 0) return tick(state, running);
             if (!act(state, acts)) return;
         }
+    }
+    /// Follows what comes when the run that loop i is in has ended already.
+    void end_early(const State& state, int i) {
+        if (!set_.shorter_runs || state.loops[index(i)].left == step_of(state, i).n) return;
+        State next = state;
+        begin_step(next.loops[index(i)], i, state.loops[index(i)].step + 1);
+        unlock_all(next, i);
+        settle(next);
     }
     /// The bottom half that would run asks for its lock first.
     bool ask_for_lock(State& state) {
@@ -354,22 +367,15 @@ class Explorer {
         }
         return best;
     }
-    /// The loop that pays for a tick of loop i: itself, or, where the rules say so, a waiter of its
-    /// core; −1: nobody.
+    /// The loop that pays for a tick of loop i: itself, or, without budget, its highest waiter; −1:
+    /// nobody can.
     [[nodiscard]] int payer(const State& state, int i) const {
-        const LoopState& loop = state.loops[index(i)];
-        if (loop.refills[0] <= 0) return i;
-        if (waiters_rank(state, i) == kNoRank) return -1;
-        if (rules_.holder_pays) return loop.grace > 0 ? i : -1;
-        int pays = -1;
-        for (int j = 0; j < loops(); ++j) {
-            const LoopState& waiter = state.loops[index(j)];
-            if (waiter.waits_for >= kLocks || state.holder[waiter.waits_for] != i) continue;
-            if (set_.loops[index(j)].core == set_.loops[index(i)].core && waiter.refills[0] <= 0 &&
-                (pays < 0 || own_rank(j) < own_rank(pays)))
-                pays = j;
-        }
-        return pays;
+        if (state.loops[index(i)].refills[0] <= 0) return i;
+        const int inherited = waiters_rank(state, i);
+        if (inherited == kNoRank) return -1;
+        const int waiter = inherited % 16;
+        if (waiter >= loops() || set_.loops[index(waiter)].core != set_.loops[index(i)].core) return -1;
+        return state.loops[index(waiter)].refills[0] <= 0 ? waiter : -1;
     }
     [[nodiscard]] int io_rank(const State& state, int io) const {
         const int period = state.ios[index(io)].client;
@@ -415,10 +421,6 @@ class Explorer {
             give_back(state, 0);
         }
         for (int i = 0; i < loops(); ++i) pass(state, i);
-        for (int i = 0; i < loops(); ++i) {
-            if (waiters_rank(state, i) == kNoRank)
-                state.loops[index(i)].grace = static_cast<std::uint8_t>(set_.loops[index(i)].overrun);
-        }
         if (state.since_interrupt < set_.interrupt.interval) ++state.since_interrupt;
         if (state.taken > 0 && --state.taken == 0) wake_servers(state);
         push(state);
@@ -453,8 +455,8 @@ class Explorer {
     }
     void run_loop(State& state, int i) {
         const int pays = payer(state, i);
-        if (pays == i && state.loops[index(i)].refills[0] > 0) --state.loops[index(i)].grace;
-        spend(state.loops[index(pays)], pays);
+        paid_ |= pays != i;
+        if (pays == i || rules_.waiter_pays) spend(state.loops[index(pays)], pays);
         LoopState& loop = state.loops[index(i)];
         if (--loop.left > 0) return;
         begin_step(loop, i, loop.step + 1);
@@ -512,6 +514,7 @@ class Explorer {
     std::vector<State> todo_;
     std::unordered_set<std::string> seen_;
     std::optional<int> missed_;
+    bool paid_ = false;
 };
 
 }  // namespace qduino::sched::model
