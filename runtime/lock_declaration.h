@@ -5,7 +5,9 @@
 // does not know:
 //
 //   said             by heldBy(): these and no others, so long
-//   Mutex, FreeRTOS  else: every loop may hold it for its whole budget
+//   Mutex            else: every loop may hold it for its whole budget
+//   FreeRTOS         else: it does not count. Sketches from elsewhere say nothing, and would all be
+//                    refused; so R of those that share it is unknown, and the check says so
 //   SPI              else, once begun: every loop of a core for its whole budget (what stands in a
 //                    transaction is the sketch's); no two cores share it
 //   Wire, Serial     else, once begun: every loop of a core for the bus' time of one transaction
@@ -20,6 +22,7 @@
 #include <atomic>
 #include <cstdint>
 #include <memory>
+#include <utility>
 
 #include "base/fixed_string.h"
 #include "base/fixed_vector.h"
@@ -36,6 +39,7 @@ enum class Unsaid : std::uint8_t {
     whole_budgets_nearby,  ///< the same, and no two cores share it
     bus_time,              ///< any loop, what so many bytes take on its bus; no two cores share it
     brief,                 ///< any loop, kBrief; no two cores share it
+    unknown,               ///< nothing counts, and R of those that share it is unknown
     nothing,               ///< it is not used as a lock
 };
 
@@ -50,7 +54,7 @@ class LockDeclaration {
         : next_(first_),
           name_(name),
           unsaid_(unsaid),
-          in_use_(unsaid == Unsaid::whole_budgets || unsaid == Unsaid::brief) {
+          in_use_(unsaid == Unsaid::whole_budgets || unsaid == Unsaid::brief || unsaid == Unsaid::unknown) {
         first_ = this;
     }
     /// A lock of a bus, held for one transaction of `bytes` at the most.
@@ -118,7 +122,7 @@ class LockDeclaration {
         if (!in_use()) return Nanoseconds{0};
         if (unsaid_ == Unsaid::bus_time) return board.bus_time(device_, bytes_, clock_hz_);
         if (unsaid_ == Unsaid::brief) return kBrief;
-        return unsaid_ == Unsaid::nothing ? Nanoseconds{0} : budget;
+        return unsaid_ == Unsaid::nothing || unsaid_ == Unsaid::unknown ? Nanoseconds{0} : budget;
     }
 
     /// Every lock of the program.
@@ -129,6 +133,19 @@ class LockDeclaration {
     /// From now on every lock measures how long it is held. Allocates.
     static void measure_all() {
         each([](LockDeclaration& lock) { lock.longest_ = std::make_unique<Lengths>(); });
+    }
+    /// For a run: what is said so far is its.
+    static void take_all() {
+        each([](LockDeclaration& lock) { lock.taken_ = true; });
+    }
+    /// A second run in one process says all of it once more: what the last one took is forgotten.
+    static void forget_taken() {
+        each([](LockDeclaration& lock) {
+            if (!std::exchange(lock.taken_, false)) return;
+            lock.sections_.clear();
+            lock.too_many_ = false;
+            lock.users_.store(0, std::memory_order_relaxed);
+        });
     }
     /// Calls `visit` with every critical section of every lock of `table`'s sketch. `visit_handler`
     /// gets a section without its VCPU, and the handler.
@@ -181,6 +198,7 @@ class LockDeclaration {
     std::uint32_t clock_hz_ = 0;
     bool in_use_;
     bool too_many_ = false;
+    bool taken_ = false;
     static inline bool setup_skipped_ = false;
     FixedVector<Section, board::kMaxLoop> sections_;
     std::atomic<std::uint64_t> users_{0};

@@ -38,6 +38,7 @@ Runtime::Runtime(board::Board& board, RuntimeOptions options)
     : board_(board), options_(options), plan_(options.enforce_admission), made_at_(board.now()) {
     current_ = this;
     board::make_current(&board);
+    LockDeclaration::forget_taken();
 }
 
 Runtime::~Runtime() {
@@ -58,6 +59,7 @@ Result<void> Runtime::begin(const SketchTable& table, void (*setup)()) {
     for (const LoopDeclaration& declaration : table.loops) loop_at(declaration.id).declaration = declaration;
     LockDeclaration::note_setup(table.setup && !setup);
     add_sections(table);
+    LockDeclaration::take_all();
     ChainDeclaration::take_each([this](const Chain& chain) {
         if (chain.is_declared()) add_chain(chain);
     });

@@ -126,7 +126,8 @@ Result<std::string> certificate_json(const runtime::Plan& plan, const CertifiedT
              {"sources", sources},
              {"board", board},
              {"locks_that_say_nothing", texts.locks_that_say_nothing},
-             {"cores", cores}};
+             {"cores", cores},
+             {"chains", chains}};
     out["sha256"] = hash_of(out.dump());
     return out.dump(2) + "\n";
 }

@@ -76,8 +76,9 @@ void each_wrong(const Runtime& runtime, const SketchTable& table, Visit visit) {
         if (users.size() < 2) return;
         const bool nearby = lock.unsaid() != Unsaid::whole_budgets;
         const bool takes_time = lock.assumed_of(Nanoseconds{1}, runtime.board()) > Nanoseconds{0};
-        if (is_assumed(lock) && takes_time &&
-            (has_handler(users) || (nearby && on_several_cores(users, runtime)))) {
+        const bool counts_wrong =
+            takes_time && (has_handler(users) || (nearby && on_several_cores(users, runtime)));
+        if (is_assumed(lock) && (counts_wrong || lock.unsaid() == Unsaid::unknown)) {
             return visit(lock, text<std::string>(runtime::vcpu_name(users.front()), " and ",
                                                  runtime::vcpu_name(users.back()),
                                                  " share it, and nobody says how long they hold it"));
@@ -122,7 +123,8 @@ std::vector<std::string> locks_that_say_nothing(const Runtime& runtime, const Sk
     LockDeclaration::each([&](const LockDeclaration& lock) {
         const bool nearby = lock.unsaid() != Unsaid::whole_budgets;
         const bool takes_time = lock.assumed_of(Nanoseconds{1}, runtime.board()) > Nanoseconds{0};
-        if (is_assumed(lock) && takes_time && (handlers || (nearby && cores)))
+        const bool may_be_wrong = takes_time && (handlers || (nearby && cores));
+        if (is_assumed(lock) && (may_be_wrong || lock.unsaid() == Unsaid::unknown))
             names.emplace_back(lock.name());
     });
     return names;
@@ -151,8 +153,9 @@ std::string lock_assumptions(const Runtime& runtime, const SketchTable& table) {
     for (std::size_t i = 0; i + 1 < unknown.size(); ++i) unknown[i] += ',';
     unknown.back() += '.';
     return out +
-           "R is UNKNOWN if loops of two cores, or a handler and a loop, share one of these\n"
-           "locks, which say nothing (NAME.heldBy(loop or handler, length) in setup()):\n" +
+           "R is UNKNOWN if loops of two cores, a handler and a loop, or any two tasks of\n"
+           "FreeRTOS share one of these locks, which say nothing (heldBy(loop or handler,\n"
+           "length) in setup()):\n" +
            wrapped(unknown, "  ");
 }
 

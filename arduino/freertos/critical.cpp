@@ -5,7 +5,7 @@
 
 namespace {
 
-qduino::arduino::Lock critical{"taskENTER_CRITICAL()", qduino::runtime::Unsaid::whole_budgets};
+qduino::arduino::Lock critical{"taskENTER_CRITICAL()", qduino::runtime::Unsaid::unknown};
 
 }  // namespace
 

@@ -52,7 +52,7 @@ class Semaphore : public SaysWhoHolds<Semaphore> {
           most_(most),
           count_(count),
           lock_("a FreeRTOS mutex",
-                kind == Kind::counting ? runtime::Unsaid::nothing : runtime::Unsaid::whole_budgets) {}
+                kind == Kind::counting ? runtime::Unsaid::nothing : runtime::Unsaid::unknown) {}
 
     bool take(Ticks ticks);
     /// False: it is full, or a mutex of another.

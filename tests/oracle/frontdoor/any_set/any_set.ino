@@ -122,7 +122,7 @@ static void take_line(const char* line) {
     int length = 0;
     if (std::sscanf(line, "loop %lld %lld %lld %lld %lld", &id, &budget, &period, &core, &sleep) == 5) {
         qduino::arduino::LoopRegistration(static_cast<int>(id), Nanoseconds{budget}, Nanoseconds{period},
-                                          static_cast<int>(core), Nanoseconds{sleep}, BODIES[id], "set", 0);
+                                          static_cast<int>(core), Nanoseconds{sleep}, 0, BODIES[id], "set", 0);
     } else if (std::sscanf(line, "does loop %lld%n", &id, &length) == 1) {
         set.loops[id].scripts.push_back(script_of(line + length));
     } else if (std::sscanf(line, "does pin %lld%n", &id, &length) == 1) {
