@@ -64,9 +64,17 @@ void Pibs::open_service(Instant now) {
 }
 
 void Pibs::close_service() {
+    last_used_ = used_;
     eligible_from_ = charged_from_ + recovery_of(used_);
     charged_from_ = eligible_from_;
     remaining_ = used_ = Nanoseconds{0};
+}
+
+/// Runs without budget: that is the service's before, and the next one is later by it.
+void Pibs::run_without_budget(Nanoseconds used) {
+    const Nanoseconds before = recovery_of(last_used_);
+    last_used_ += used;
+    eligible_from_ = charged_from_ += recovery_of(last_used_) - before;
 }
 
 void Pibs::block(Instant) {
@@ -87,6 +95,10 @@ Nanoseconds Pibs::consume(Instant now_end, Nanoseconds used) {
     QDUINO_EXPECT(used >= Nanoseconds{0});
     const Nanoseconds overrun = std::max(used - available(now_end - used), Nanoseconds{0});
     consumed_ += used;
+    if (active_ && used > Nanoseconds{0} && eligible_from_ >= now_end) {
+        run_without_budget(used);
+        return overrun;
+    }
     used_ += used;
     if (!active_) {
         close_service();

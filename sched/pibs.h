@@ -18,7 +18,7 @@
 // - Use after a raise is charged from the raise. Otherwise a service that was held up for long at
 //   the old priority would be replenished at once at the new one, and break the window bound there.
 // - Time used beyond the budget is part of `used`: an overrun moves the replenishment and is never
-//   forgiven.
+//   forgiven. It begins no further service, in however many pieces it is charged.
 // - U may change. The service in hand then ends, what it used comes back at the old U, and the next
 //   service has the budget of the new one. So the services before the change and those after it
 //   together take no more than a server that always had the greater U.
@@ -89,6 +89,7 @@ class Pibs {
   private:
     void open_service(Instant now);
     void close_service();
+    void run_without_budget(Nanoseconds used);
     void raise(Instant now, Nanoseconds client_period);
 
     VcpuParameters parameters_{};
@@ -99,6 +100,7 @@ class Pibs {
     Nanoseconds client_period_{};  // of the present work
     Nanoseconds remaining_{};      // of the present service
     Nanoseconds used_{};           // since charged_from_
+    Nanoseconds last_used_{};      // of the service before
     Nanoseconds consumed_{};
     bool active_ = false;  // has work
 };

@@ -32,6 +32,22 @@ TEST(Pibs, UsedInPartComesBackSooner) {
     EXPECT_EQ(server.available(at_ns(104)), 4ns);
 }
 
+/// A holder of a lock goes on without budget: in however many pieces that is charged, it begins no
+/// further service, each of which would pay for an activation.
+TEST(Pibs, AnOverrunInPiecesComesBackAsOneInOnePieceDoes) {
+    for (const Nanoseconds piece : {1ns, 5ns, 10ns}) {
+        Pibs server{{2ns, 7ns}, at_ns(0), 1ns};
+        server.activate(at_ns(100), 14ns);
+        EXPECT_EQ(server.consume(at_ns(103), 3ns), 0ns);
+        EXPECT_EQ(server.next_replenishment(), at_ns(114));
+        for (Nanoseconds end = piece; end <= 30ns; end += piece)
+            EXPECT_EQ(server.consume(at_ns(103) + end, piece), piece);
+        // 1 of activation, 3 and 30: 34 · 7/2.
+        EXPECT_EQ(server.next_replenishment(), at_ns(100 + 119));
+        EXPECT_EQ(server.available(at_ns(100 + 119)), 3ns);
+    }
+}
+
 TEST(Pibs, IdleTimeIsNotSavedUp) {
     Pibs server{{1ns, 4ns}};
     server.activate(at_ns(1000), 16ns);
