@@ -91,7 +91,6 @@ void SimCore::give_up(Vcpu& vcpu, Instant now) {
 }
 
 void SimCore::release(Vcpu& vcpu, Instant nominal, Instant now) {
-    vcpu.nominal = nominal;
     vcpu.sleeps_left = vcpu.spec.times_asleep();
     vcpu.requests_left = vcpu.spec.requests;
     if (!vcpu.spec.deferrable) return;
@@ -167,31 +166,43 @@ void SimCore::wake_sleepers(Instant now) {
             pay_for_lock(*vcpu, now);
             continue;
         }
+        // Before it wakes: a server that has work takes what it pays for time that it ran just now.
+        pay_for_wake(*vcpu, now);
         if (vcpu->client_period > Nanoseconds{0})
             scheduler_.wake_io(vcpu->spec.id, now, vcpu->client_period);
         else
             scheduler_.wake(vcpu->spec.id, now, vcpu->wake);
-        pay_for_wake(*vcpu, now);
         if (vcpu->has_fault) apply_faults(*vcpu, now);
         if (vcpu->spec.is_io()) loop_.emit(number_, vcpu->spec.id, TraceKind::release);
     }
 }
 
-/// A loop that wakes for its next release pays nothing: admission has counted that.
+/// Admission counts one switch to a loop in each of its periods: for its release, or for the end of
+/// a pause for want of budget. `begin` is when it has work or budget again.
+bool SimCore::is_counted(Vcpu& vcpu, Instant begin) {
+    if (begin < vcpu.counts_at) return false;
+    vcpu.counts_at = begin + vcpu.spec.period;
+    return true;
+}
+
 void SimCore::pay_for_wake(Vcpu& vcpu, Instant now) {
-    if (vcpu.spec.is_io() || vcpu.nominal == kForever) return;  // its service pays; it begins
-    const Nanoseconds since = vcpu.wake - config_.wake_latency - vcpu.nominal;
-    if (since % vcpu.spec.period == Nanoseconds{0}) return;
+    if (vcpu.spec.is_io()) return;  // its service pays
+    if (is_counted(vcpu, vcpu.wake - config_.wake_latency)) return;
     if (--vcpu.sleeps_left < 0) pay(vcpu, now);
+}
+
+void SimCore::pay_for_throttling(Vcpu& vcpu, Instant now) {
+    if (vcpu.spec.is_io() || vcpu.waits_for) return;
+    if (!is_counted(vcpu, scheduler_.next_replenishment(vcpu.spec.id))) pay(vcpu, now);
 }
 
 void SimCore::pay_for_lock(Vcpu& vcpu, Instant now) {
     if (--vcpu.requests_left < 0) pay(vcpu, now);
 }
 
-/// The switch to it, and the one back to what it displaces.
+/// The switch to it, and the one back to what it displaces. Alone on its core it displaces nothing.
 void SimCore::pay(const Vcpu& vcpu, Instant now) {
-    if (config_.costs.context_switch > Nanoseconds{0})
+    if (config_.costs.context_switch > Nanoseconds{0} && vcpus_.size() > 1)
         scheduler_.charge(vcpu.spec.id, 2 * config_.costs.context_switch, now);
 }
 
@@ -221,7 +232,7 @@ void SimCore::trace_throttling(Instant now) {
             vcpu->state == VcpuState::ready && scheduler_.available(vcpu->spec.id, now) == Nanoseconds{0};
         if (throttled == vcpu->throttled) continue;
         vcpu->throttled = throttled;
-        if (throttled && !vcpu->spec.is_io() && !vcpu->waits_for) pay(*vcpu, now);
+        if (throttled) pay_for_throttling(*vcpu, now);
         loop_.emit(number_, vcpu->spec.id, throttled ? TraceKind::throttle : TraceKind::replenish);
     }
 }

@@ -7,10 +7,10 @@
 //                                            ▒ taken by interrupts: delays the VCPU, and is charged
 //                                              to it only on request
 //
-// A switch to another VCPU and the one back are stolen as well. Admission has counted them for each
-// release, each sleep and each wait for a lock that were declared. A VCPU that gives the core up
-// more often pays for that from its own budget, and so does one that is throttled: otherwise those
-// below would.
+// A switch to another VCPU and the one back are stolen as well. Admission has counted them once in
+// each period, and for each sleep and each wait for a lock that were declared. A VCPU that gives
+// the core up more often pays for that from its own budget, where others are on its core: otherwise
+// those below would.
 //
 // Invariants: every stretch of time is charged once; while time is stolen no VCPU code goes on and
 // no decision is made.
@@ -95,7 +95,9 @@ class SimCore {
     [[nodiscard]] Nanoseconds paid_of(Nanoseconds stolen) const { return std::min(stolen, to_be_paid_); }
     [[nodiscard]] bool interrupted(Instant now);
     void wake_sleepers(Instant now);
+    [[nodiscard]] static bool is_counted(Vcpu& vcpu, Instant begin);
     void pay_for_wake(Vcpu& vcpu, Instant now);
+    void pay_for_throttling(Vcpu& vcpu, Instant now);
     void pay_for_lock(Vcpu& vcpu, Instant now);
     void pay(const Vcpu& vcpu, Instant now);
     void apply_faults(Vcpu& vcpu, Instant now) const;

@@ -74,7 +74,7 @@ struct Vcpu {
     Instant body_ended = Instant::min();  ///< when its body last returned
     const LockWord* waits_for = nullptr;  ///< a lock that another VCPU holds
     bool handed_lock = false;             ///< woken by unlock(): no release of a loop
-    Instant nominal = kForever;           ///< a loop: when its release was due; kForever: none yet
+    Instant counts_at = Instant::min();   ///< a loop: admission counts the next switch to it then
     int sleeps_left = 0;                  ///< of this release, that admission has counted
     int requests_left = 0;                ///< likewise, waits for locks
     sched::Rank rank;                     ///< its own, or what it inherits

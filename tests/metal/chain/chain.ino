@@ -16,7 +16,7 @@ void setup() {
   A.heldBy(2, 1);
 }
 
-void loop(2, 5, 400, 2, 40) {  // high
+void loop(2, 5, 400, 2, 40, 1) {  // high
   delay(35);
   digitalWrite(10, HIGH);
   A.lock();
@@ -25,7 +25,7 @@ void loop(2, 5, 400, 2, 40) {  // high
   waitForNextPeriod();
 }
 
-void loop(3, 5, 600, 1, 200) {  // link
+void loop(3, 5, 600, 1, 200, 1) {  // link
   delay(10);
   A.lock();
   digitalWrite(11, HIGH);
@@ -36,7 +36,7 @@ void loop(3, 5, 600, 1, 200) {  // link
   waitForNextPeriod();
 }
 
-void loop(4, 12, 500, 0, 40) {  // mid
+void loop(4, 12, 500, 0, 40, 1) {  // mid
   delay(30);
   for (int i = 0; i < 100; ++i) {
     digitalWrite(4, HIGH);

@@ -43,7 +43,7 @@ void pulse(int pin) {
 void loop(1, 20, 100, 0) { pulse(2); }
 void loop(2, 10, 100, 0) { pulse(3); }
 
-void loop(3, 5, 200, 2, 20) {
+void loop(3, 5, 200, 2, 20, 1) {
   delay(20);
   digitalWrite(10, HIGH);
   lock.lock();
@@ -52,7 +52,7 @@ void loop(3, 5, 200, 2, 20) {
   waitForNextPeriod();
 }
 
-void loop(4, 12, 250, 2, 30) {
+void loop(4, 12, 250, 2, 30, 1) {
   delay(30);
   for (int i = 0; i < 100; ++i) pulse(4);
   waitForNextPeriod();

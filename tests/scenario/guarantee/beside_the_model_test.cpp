@@ -170,6 +170,26 @@ TEST(BesideTheModel, ALoopThatSleepsMoreOftenThanItSaysPaysForTheSwitches) {
     }
 }
 
+/// Admission has counted a switch to it in each period, whatever it comes back from: it pays for
+/// none that is no more often.
+TEST(BesideTheModel, ALoopThatComesBackOnceInAPeriodPaysForNoSwitch) {
+    SimConfig config = one_core();
+    config.costs.context_switch = 50us;
+    SketchBench sketch;
+    sketch.add_loop(1, 1ms, 10ms, 0, [&] { sketch.board().compute(100us); });  // never waits
+    sketch.add_loop(2, 1ms, 20ms, 0, [&] {
+        sketch.board().compute(800us);
+        delayUntil(timeNow() + 20ms);  // and ends no release
+    });
+    sketch.add_loop(3, 40ms, 100ms, 0, computing(sketch, 40ms));
+    ASSERT_TRUE(sketch.begin(config));
+    sketch.run(2s);
+    expect_met(sketch, 3);
+    EXPECT_GE(sketch.statistics(1).passes.get(), 10 * 199) << "a whole budget of each period";
+    const Nanoseconds each = sketch.board().cpu_time(2) / sketch.statistics(2).passes.get();
+    EXPECT_LT(each, 810us);
+}
+
 TEST(BesideTheModel, SleepsThatAreDeclaredCount) { EXPECT_FALSE(Sleeper(5ms, 20).begin()); }
 
 /// Each piece of a sleep can be blocked again: their number must be said.

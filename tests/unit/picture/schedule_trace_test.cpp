@@ -28,7 +28,6 @@ using runtime::Runtime;
 using ::testing::HasSubstr;
 
 constexpr Nanoseconds kLength = 250ms;
-constexpr Nanoseconds kSwitch = 20us;
 
 void wait_for_next_period() { Runtime::current()->wait_for_next_period(); }
 SimBoard& sim() { return static_cast<SimBoard&>(Runtime::current()->board()); }
@@ -59,7 +58,7 @@ SimConfig computer() {
     SimConfig config;
     config.tick_period = 4ms;
     config.tick_cost = 15us;
-    config.costs.context_switch = kSwitch;
+    config.costs.context_switch = 20us;
     config.interrupts.push_back({.device = board::DeviceClass::nic,
                                  .rate_hz = 400,
                                  .core = 0,
@@ -93,7 +92,6 @@ class Mutant final : public board::sim::TraceSink {
 struct Bars {
     std::map<std::pair<int, int>, std::map<std::string, double>> by_vcpu;
     std::map<int, double> taken;
-    std::map<int, int> throttles;  // of each VCPU: bars
     int missed = 0;
 };
 
@@ -122,7 +120,6 @@ Bars bars_of(const std::string& page) {
             const double ns = std::stod(attribute(line, "width")) * scale;
             const std::string kinds = attribute(line, "class"), kind = kinds.substr(0, kinds.find(' '));
             (kind == "taken" ? bars.taken[core] : bars.by_vcpu[{core, vcpu}][kind]) += ns;
-            if (kind == "throttled") ++bars.throttles[vcpu];
         } else if (core >= 0 && attribute(line, "class") == "missed") {
             ++bars.missed;
         }
@@ -140,10 +137,7 @@ std::string disagreement(const std::string& page, const SimBoard& board, const R
         const auto drawn = bars.by_vcpu.find({vcpu.core, vcpu.id});
         const double runs =
             drawn == bars.by_vcpu.end() || !drawn->second.contains("runs") ? 0 : drawn->second.at("runs");
-        // A loop that is throttled pays for the switch from it, and the one back.
-        const auto throttles =
-            vcpu.is_io() || !bars.throttles.contains(vcpu.id) ? 0 : bars.throttles.at(vcpu.id);
-        const auto charged = static_cast<double>((board.cpu_time(vcpu.id) - throttles * 2 * kSwitch).count());
+        const auto charged = static_cast<double>(board.cpu_time(vcpu.id).count());
         if (std::abs(runs - charged) > tolerance)
             write(out, picture::row_name(vcpu.id), ": drawn ", Fixed{runs, 0}, " ns, charged ",
                   Fixed{charged, 0}, " ns\n");

@@ -335,7 +335,7 @@ TEST(SimInterrupts, AContextSwitchTakesItsTime) {
         board.compute(5ms);
         ends.push_back(board.now());
     });
-    program.loop(2, 1ms, 10ms, 0, [&] {
+    program.loop(2, 1020us, 10ms, 0, [&] {
         board.sleep_until(at(2ms));
         board.compute(1ms);
         ends.push_back(board.now());
@@ -346,6 +346,8 @@ TEST(SimInterrupts, AContextSwitchTakesItsTime) {
     ASSERT_EQ(ends.size(), 2u);
     EXPECT_EQ(ends[0], at(2ms + 10us + 1ms));
     EXPECT_EQ(ends[1], at(10us + 10us + 5ms + 10us + 1ms + 10us));
+    // It has declared no sleep, so it pays for the second switch to it, and for the one back.
+    EXPECT_EQ(board.cpu_time(2), 1ms + 20us);
 }
 
 TEST(SimFaults, AnOverrunningLoopTakesTheExtraAtEachReleaseInItsWindow) {
