@@ -117,7 +117,9 @@ class FrontDoor:
 def judged(the_set, verdict, answers):
     cores = {each["id"]: each["core"] for each in (*verdict.report["loops"], *verdict.report["io"])}
     deferrable = {loop["id"] for core in verdict.certificate["cores"] for loop in core["loops"] if loop["deferrable"]}
-    return judge.World(the_set, cores, deferrable, answers).run(the_set.length)
+    interrupts = {core["core"]: [(each["cost_ns"], each["interval_ns"], each["jitter_ns"]) for each in core["interferers"]]
+                  + [(io["edge_ns"], io["edge_interval_ns"], 0) for io in core["ios"] if io["edge_ns"]] for core in verdict.certificate["cores"]}
+    return judge.World(the_set, cores, deferrable, answers, interrupts).run(the_set.length)
 
 
 def difference(of_simulator, of_judge, end, name):

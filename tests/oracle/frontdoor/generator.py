@@ -1,12 +1,12 @@
 """Makes random sets (sets.py) that keep what they declare. Which features a set has is drawn first, so that each is also
-met alone. What the analysis does not count yet is behind a switch (SWITCHES) and off."""
+met alone. What the judge does not follow to the nanosecond yet is behind a switch (SWITCHES) and off."""
 
 import sets
 from sets import MS, US
 
-# Each off until admission counts it.
+# Each off until simulator and judge agree on it.
 SWITCHES = {
-    "sleeps_in_pieces": False,  # a declared sleep is taken in several
+    "handlers_take_locks": False,  # at the end of a service that goes on without budget they differ by one activation
 }
 
 PERIODS = (2, 4, 5, 5, 8, 10, 10, 12, 16, 20, 25, 40, 50, 100)
@@ -41,12 +41,18 @@ class Generator:
             the_set.switch = draw.choice((1, 5, 20, 50, 200)) * US
         for lock in range(draw.choice((0, 0, 1, 1, 2, 3))):
             the_set.locks[lock] = {}
+        if self.one_in(6):
+            the_set.wake_latency = draw.choice((draw.randint(1, 50), draw.randint(50, 500))) * US
         for core in range(the_set.cores):
             self.add_loops(core)
+        if not the_set.loops:
+            return
         self.declare_locks()
         self.add_interrupts()
+        the_set.victim_pays = self.one_in(6)
         if self.one_in(3):
             self.add_edges()
+            self.add_sections_of_handlers()
         if self.one_in(3):
             self.add_changes()
 
@@ -65,16 +71,17 @@ class Generator:
             steps = max(int(part * period) // the_set.step_ns, 1)
             sleep = draw.randint(1, max(int((period - steps * the_set.step_ns) * 0.4), 1)) if self.one_in(4) else 0
             number = len(the_set.loops) + 1
-            scripts = [self.script(steps, sleep, whole=turn == 0) for turn in range(draw.choice((1, 1, 2, 3, 5)))]
+            pieces = draw.randint(2, 4) if sleep >= 4 and self.one_in(2) else 0
+            scripts = [self.script(steps, sleep, max(pieces, 1), whole=turn == 0) for turn in range(draw.choice((1, 1, 2, 3, 5)))]
             budget = max(sets.needs(script, the_set.step_ns) for script in scripts)
             if self.one_in(5):
                 budget += draw.randint(0, budget // 10)
             if budget < period:
                 anywhere = core > 0 and self.one_in(10)
-                the_set.loops.append(sets.Loop(number, budget, period, -1 if anywhere else core, sleep, scripts))
+                the_set.loops.append(sets.Loop(number, budget, period, -1 if anywhere else core, sleep, scripts, pieces))
 
-    def script(self, steps, sleep, whole):
-        """Computes at most `steps`, sleeps at most `sleep`; the first one of a loop does all of both."""
+    def script(self, steps, sleep, sleeps, whole):
+        """Computes at most `steps`, sleeps at most `sleep` in so many sleeps; the first one of a loop does all of both."""
         draw = self.random
         if not whole:
             steps = draw.randint(1, steps)
@@ -94,8 +101,10 @@ class Generator:
                 if place + 1 < len(pieces) and self.one_in(2):
                     inside += pieces.pop(place + 1)
             pieces[place] = [("l", lock), *inside, ("u", lock)]
-        if sleep:
-            pieces.insert(draw.randint(0, len(pieces)), [("s", sleep)])
+        cuts = sorted(draw.randint(0, sleep) for _ in range(sleeps - 1))
+        for length in (b - a for a, b in zip([0, *cuts], [*cuts, sleep])):
+            if length:
+                pieces.insert(draw.randint(0, len(pieces)), [("s", length)])
         return [step for piece in pieces for step in piece]
 
     def declare_locks(self):
@@ -162,6 +171,22 @@ class Generator:
                 for _ in range(draw.choice((1, 1, 2, 4))):
                     script.insert(draw.randint(0, len(script)), ("p", pin))
 
+    def add_sections_of_handlers(self):
+        """Handlers take locks that loops of their core have, and what they compute is under them. Some edges take time at once."""
+        draw, the_set = self.random, self.set
+        if self.one_in(2):
+            the_set.edge_top = draw.randint(5, 100) * US
+            the_set.edge_interval = draw.choice((draw.randint(20, 60) * the_set.edge_top, draw.randint(1, 10) * MS))
+        for edge in the_set.edges:
+            loops = {loop.id for loop in the_set.loops if loop.core == edge.core}
+            free = [lock for lock, held in the_set.locks.items() if held and set(held) <= loops]
+            if not SWITCHES["handlers_take_locks"] or not free or not edge.budget or self.one_in(2):
+                continue
+            lock = draw.choice(free)
+            for turn, script in enumerate(edge.scripts):
+                edge.scripts[turn] = [("l", lock), *script, ("u", lock)]
+            the_set.locks[lock][-edge.pin] = max(sets.computes(script, the_set.step_ns) for script in edge.scripts)
+
     def add_changes(self):
         """A loop, or two, route interrupts away and back, and raise and lower I/O VCPUs, each again and again."""
         draw, the_set = self.random, self.set
@@ -206,6 +231,8 @@ class Generator:
         the_set.switch = draw.choice((0, 0, 5, 50)) * US
         for core in range(the_set.cores):
             self.add_loops(core)
+        if not the_set.loops:
+            return
         shortest = min(loop.period for loop in the_set.loops)
         for _ in range(draw.choice((2, 2, 3))):
             top = draw.randint(200, 1000) * US
@@ -244,7 +271,7 @@ def scaled(the_set, factor, core=None):
         if loop.budget >= loop.period:
             return None
     for lock, held in changed.locks.items():
-        for number in held:
+        for number in [number for number in held if number > 0]:
             loop = next(loop for loop in changed.loops if loop.id == number)
             held[number] = max(sets.sections(script, changed.step_ns).get(lock, 1) for script in loop.scripts)
     return changed if sets.is_honest(changed) else None

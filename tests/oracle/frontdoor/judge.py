@@ -130,7 +130,7 @@ class Pibs:
     def __init__(self, budget, period, client, activation):
         self.budget, self.period, self.works = budget, period, False
         self.client, self.activation = client, activation
-        self.from_instant = self.has = self.used = 0
+        self.from_instant = self.has = self.used = self.last = 0
 
     def left(self, now):
         return self.has if self.works and self.from_instant <= now else 0
@@ -143,16 +143,26 @@ class Pibs:
         share = max(self.budget * self.client // self.period, 1)
         self.has, self.used = max(share - self.activation, 1), self.activation
 
+    def comes_back(self, used):
+        return -(-used * self.period // self.budget)
+
     def close(self):
-        self.from_instant += -(-self.used * self.period // self.budget)
+        self.last = self.used
+        self.from_instant += self.comes_back(self.used)
 
     def use(self, end, amount):
+        beyond = max(amount - self.left(end - amount), 0)
+        if self.works and self.from_instant >= end:
+            # Without budget: that is the last service's, and the next one is later by it.
+            self.from_instant += self.comes_back(self.last + amount) - self.comes_back(self.last)
+            self.last += amount
+            return beyond
         self.used += amount
         self.has -= amount
         if self.has <= 0:
             self.close()
             self.open(end)
-        return 0
+        return beyond
 
     def wake(self, now):
         if not self.works:
@@ -186,6 +196,7 @@ class Vcpu:
         self.rank = (period, number)
         self.heir_of = None  # the highest rank of those that wait for it
         self.grace = 0
+        self.overrun = 0  # of a handler that holds locks: how long it may go on without budget for its waiters
         self.queue = collections.deque()
 
     def between_steps(self):
@@ -203,17 +214,25 @@ class Core:
         self.current = self.payer = None
         self.ready = False
         self.accounted = self.stolen = self.next = 0
+        self.to_pay = 0  # of what was stolen, and whom it stops pays for
 
     def charge(self, now):
         passed = now - self.accounted
         if passed <= 0:
             return
-        used = passed - min(max(self.stolen - self.accounted, 0), passed)
-        if self.current and used:
-            self.payer.grace -= min(self.payer.grace, self.payer.server.use(now, used))
+        stolen = min(max(self.stolen - self.accounted, 0), passed)
+        paid, used = min(stolen, self.to_pay), passed - stolen
+        self.to_pay -= paid
+        if self.current and used + paid:
+            self.payer.grace -= min(self.payer.grace, self.payer.server.use(now, used + paid))
             self.current.work = max(self.current.work - used, 0)
             self.current.computed += used
         self.accounted = now
+
+    def interrupt(self, now, cost, victim_pays):
+        self.steal(now, cost)
+        if victim_pays:
+            self.to_pay += cost
 
     def steal(self, now, cost):
         if cost <= 0:
@@ -222,22 +241,29 @@ class Core:
         self.stolen = max(self.stolen, now) + cost
         self.ready, self.next = False, self.stolen
 
+    def waiter(self, vcpu):
+        """The highest one, if it is of this core."""
+        return next((other for other in self.vcpus if vcpu.heir_of and other.number == vcpu.heir_of[1]), None)
+
+    def overruns(self, vcpu, now):
+        """A handler as long as its sections say; a loop by one budget, where only loops of other cores wait for it."""
+        may = vcpu.overrun > 0 or self.waiter(vcpu) is None
+        return bool(vcpu.heir_of) and vcpu.grace > 0 and may and vcpu.server.left(now) == 0
+
     def pays_for(self, vcpu, now):
         """Itself, or, of a holder without budget, its highest waiter on this core."""
-        if vcpu.heir_of and vcpu.server.left(now) == 0:
-            return next((other for other in self.vcpus if other.number == vcpu.heir_of[1]), vcpu)
-        return vcpu
+        if vcpu.server.left(now) > 0 or self.overruns(vcpu, now):
+            return vcpu
+        return self.waiter(vcpu) or vcpu
 
     def left(self, vcpu, now):
-        payer = self.pays_for(vcpu, now)
-        own = payer.server.left(now)
-        # Where only loops of other cores wait for a holder, it overruns by one budget at most.
-        return vcpu.grace if payer is vcpu and own == 0 and vcpu.heir_of else own
+        return vcpu.grace if self.overruns(vcpu, now) else self.pays_for(vcpu, now).server.left(now)
 
     def rank(self, vcpu, now):
         if not vcpu.heir_of:
             return vcpu.own_rank()
-        return vcpu.heir_of if self.pays_for(vcpu, now) is not vcpu else min(vcpu.own_rank(), vcpu.heir_of)
+        on_its_own = self.pays_for(vcpu, now) is vcpu and not self.overruns(vcpu, now)
+        return min(vcpu.own_rank(), vcpu.heir_of) if on_its_own else vcpu.heir_of
 
     def settle(self, now):
         self.charge(now)
@@ -251,8 +277,10 @@ class Core:
 
 
 class World:
-    def __init__(self, the_set, cores, deferrable, answers):
-        """`cores`: VCPU → core. `deferrable`: the loops that have such a server. `answers`: loop → granted or refused."""
+    def __init__(self, the_set, cores, deferrable, answers, interrupts=None):
+        """`cores`: VCPU → core. `deferrable`: the loops that have such a server. `answers`: loop → granted or refused. `interrupts`: core →
+        (cost, interval, jitter) of each that admission counts there: where budgets pay for them, a server has so much more."""
+        interrupts = interrupts or {}
         self.set, self.answers = the_set, {loop: iter(given) for loop, given in answers.items()}
         self.now, self.origin = 0, None
         self.cores = [Core() for _ in range(the_set.cores)]
@@ -262,10 +290,14 @@ class World:
         self.late = collections.Counter()
         self.vcpus, self.served, self.served_pins = {}, {}, {}
         for loop in the_set.loops:
-            server = (Deferrable if loop.id in deferrable else Sporadic)(loop.budget, loop.period)
+            most = sum(-(-(loop.period + jitter) // interval) * cost for cost, interval, jitter in interrupts.get(cores[loop.id], ()))
+            more = min(most, loop.period - loop.budget) if the_set.victim_pays else 0
+            server = (Deferrable if loop.id in deferrable else Sporadic)(loop.budget + more, loop.period)
             self.add(Vcpu(loop.id, loop.period, self.cores[cores[loop.id]], server, self.loop_code(loop)))
         self.add_bottom_halves(cores)
         self.turns = {edge.pin: 0 for edge in the_set.edges}
+        self.next_top = {edge.pin: 0 for edge in the_set.edges}
+        self.held_back = {}  # pin → when
         self.allowed = {source.device: set(range(the_set.cores)) for source in the_set.interrupts}
         for device, core in the_set.away:
             self.route(device, core, False)
@@ -298,6 +330,11 @@ class World:
             number += 1
         for edge in self.set.edges:
             self.served_pins.setdefault(edge.pin, self.served.get("gpio"))
+        for held in self.set.locks.values():
+            for pin in (-holder for holder in held if holder < 0):
+                vcpu = self.served_pins[pin]
+                if any(holder > 0 or self.served_pins[-holder] is not vcpu for holder in held):
+                    vcpu.overrun += held[-pin]
 
     # ---- what code does: it yields what it waits for: ("work", ns), ("until", instant), ("lock",)
 
@@ -355,7 +392,7 @@ class World:
         elif kind == "p":
             for edge in self.set.edges:
                 if edge.pin == words[0]:
-                    self.give(self.served_pins[edge.pin], ("edge", edge))
+                    self.edge_comes(edge)
         elif next(self.answers.get(vcpu.number, iter(())), False):
             self.change(kind, *words)
 
@@ -405,7 +442,7 @@ class World:
                 changed = True
         for vcpu in everybody:
             if not vcpu.heir_of:
-                vcpu.grace = vcpu.server.budget
+                vcpu.grace = vcpu.overrun or vcpu.server.budget
             if vcpu.heir_of != heirs[vcpu.number]:
                 vcpu.heir_of = heirs[vcpu.number]
                 vcpu.core.next = min(vcpu.core.next, self.now)
@@ -416,19 +453,34 @@ class World:
         _, place, source = heapq.heappop(self.coming)
         if isinstance(source, int):
             heapq.heappush(self.coming, (self.now + self.set.tick_period, place, source))
-            self.cores[source].steal(self.now, self.set.tick_cost)
+            self.cores[source].interrupt(self.now, self.set.tick_cost, self.set.victim_pays)
             return
         heapq.heappush(self.coming, (self.now + source.period, place, source))
         allowed = self.allowed[source.device]
         core = self.cores[source.core if source.core in allowed else min(allowed)]
-        core.steal(self.now, source.top)
+        core.interrupt(self.now, source.top, self.set.victim_pays)
         if not source.bottom:
             return
         server = None if source.device == "gpio" else self.served.get(source.device)
         if server:
             self.give(server, ("bottom half", source))
         else:
-            core.steal(self.now, source.bottom)
+            core.interrupt(self.now, source.bottom, self.set.victim_pays)
+
+    def edge_comes(self, edge):
+        """One that comes too soon is held back; of several, one."""
+        if self.now >= self.next_top[edge.pin]:
+            self.take_edge(edge)
+        else:
+            self.held_back[edge.pin] = self.next_top[edge.pin]
+
+    def take_edge(self, edge):
+        self.held_back.pop(edge.pin, None)
+        server = self.served_pins[edge.pin]
+        self.give(server, ("edge", edge))
+        if self.set.edge_top:
+            self.next_top[edge.pin] = self.now + self.set.edge_interval
+            server.core.interrupt(self.now, self.set.edge_top, self.set.victim_pays)
 
     def give(self, vcpu, what):
         if len(vcpu.queue) == QUEUE:
@@ -488,14 +540,17 @@ class World:
                 vcpu.server.block(self.now)
                 vcpu.blocked_at = self.now
                 # More may have come while the code ran.
-                vcpu.wakes = words[0]
+                vcpu.wakes = words[0] + (self.set.wake_latency if self.now < words[0] < NEVER else 0)
             core.current = None
         self.decide(core)
 
     def run(self, until):
         while True:
-            due = min(self.coming[0][0] if self.coming else NEVER, *(core.next for core in self.cores if not core.ready), NEVER)
+            due = min(self.coming[0][0] if self.coming else NEVER, *self.held_back.values(), *(core.next for core in self.cores if not core.ready), NEVER)
             if due <= self.now:
+                for edge in sorted(self.set.edges, key=lambda edge: edge.pin):
+                    if self.held_back.get(edge.pin, NEVER) <= self.now:
+                        self.take_edge(edge)
                 while self.coming and self.coming[0][0] <= self.now:
                     self.fire()
                 for core in self.cores:

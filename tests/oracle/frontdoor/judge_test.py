@@ -109,6 +109,40 @@ class Schedules(unittest.TestCase):
         # The first one counts its releases from when it came up.
         self.assertEqual(milliseconds(seen.releases[1], 2)[1], (12, 14))
 
+    def test_a_sleeper_wakes_late(self):
+        seen = world(made(wake_latency=MS, loops=[loop(1, 3, 20, [("c", 1), ("s", 5 * MS), ("c", 2)], sleep=5)]))
+        self.assertEqual(milliseconds(seen.releases[1], 2), [(0, 9), (21, 30)])
+
+    def test_an_edge_takes_time_of_the_core_of_its_handler(self):
+        # What loop 1 writes at 0, 3 and 6 stops it for 1 ms each time; its handler ranks below it.
+        edge = sets.Edge(5, MS, 10 * MS, 0, [[("c", 1)]])
+        three = [("p", 5), ("c", 2), ("p", 5), ("c", 2), ("p", 5), ("c", 2)]
+        seen = world(made(edge_top=MS, edge_interval=MS, loops=[loop(1, 6, 40, three)], edges=[edge]))
+        self.assertEqual(milliseconds(seen.releases[1], 1), [(0, 9)])
+        self.assertEqual(seen.runs[5][0], (9 * MS, 10 * MS))
+
+    def test_an_edge_that_comes_too_soon_is_held_back_and_of_several_one(self):
+        edge = sets.Edge(5, MS, 10 * MS, 1, [[("c", 1)]])
+        seen = world(made(cores=2, edge_top=MS, edge_interval=8 * MS, edges=[edge], loops=[
+            loop(1, 6, 40, [("p", 5), ("c", 2), ("p", 5), ("c", 2), ("p", 5), ("c", 2)]), loop(2, 2, 20, core=1)]))
+        # At 0 and, held back, at 8: their top halves end at 1 and 9. The first service could run
+        # from 1, and is paid back at 11.
+        self.assertEqual(milliseconds(seen.releases[2], 1), [(1, 3)])
+        self.assertEqual([(begin / MS, end / MS) for begin, end in seen.runs[5][:3]], [(3, 4), (11, 12), (43, 44)])
+
+    def test_a_budget_that_pays_for_an_interrupt_has_so_much_more(self):
+        paying = made(victim_pays=True, loops=[loop(1, 5, 10, [("c", 5)])], interrupts=[sets.Interrupt("nic", 12 * MS, 0, 2 * MS, 0, 0)])
+        cores = {1: 0}
+        ends = [judge.World(paying, cores, set(), {}, counted).run(paying.length).releases[1][1].end / MS for counted in (None, {0: [(2 * MS, 12 * MS, 0)]})]
+        self.assertEqual(ends, [22, 17])
+
+    def test_a_handler_without_budget_goes_on_for_its_waiter_and_pays_later(self):
+        edge = sets.Edge(5, MS, 10 * MS, 0, [[("l", 0), ("c", 3), ("u", 0)]])
+        high = loop(1, 2, 10, [("p", 5), ("c", 1), ("l", 0), ("c", 1), ("u", 0)], [("c", 2)], [("c", 2)], [("c", 2)], [("c", 2)])
+        seen = world(made(locks={0: {1: MS, -5: 3 * MS}}, loops=[high, loop(2, 4, 40, [("s", 2 * MS), ("c", 4)], sleep=2)], edges=[edge]), {2})
+        # It begins at 2, behind loop 1, whose next release finds it at work.
+        self.assertEqual([(begin / MS, end / MS) for begin, end in seen.runs[5][:1]], [(2, 23)])
+
     def test_code_between_two_steps_goes_on_before_a_release_of_that_instant(self):
         # At 5 ms loop 1 wants the lock that loop 3 holds on the other core: so loop 4, due there
         # at 5 ms, waits for it.
@@ -167,7 +201,8 @@ class Honesty(unittest.TestCase):
         self.assertTrue(all(sets.is_honest(each) for each in found))
         for has in (lambda each: each.locks, lambda each: each.edges, lambda each: each.services, lambda each: each.switch, sets.changes,
                     lambda each: each.tick_period, lambda each: each.cores == 3, lambda each: len(each.interrupts) > 8, lambda each: each.away,
-                    lambda each: any(one.sleep for one in each.loops), lambda each: any(not held for held in each.locks.values())):
+                    lambda each: any(one.sleep for one in each.loops), lambda each: any(one.sleeps > 1 for one in each.loops),
+                    lambda each: each.wake_latency, lambda each: each.edge_top, lambda each: each.victim_pays, lambda each: any(not held for held in each.locks.values())):
             self.assertTrue(any(map(has, found)))
         self.assertEqual(generator.random_set(random.Random(7)), generator.random_set(random.Random(7)))
         scaled = [generator.scaled(each, 0.7) for each in found]

@@ -34,6 +34,8 @@ def without(the_set, kind, place):
         for held in trial.locks.values():
             held.pop(gone.id, None)
     if kind == "edges":
+        for held in trial.locks.values():
+            held.pop(-gone.pin, None)
         drop_steps(trial, lambda step: step[0] == "p" and step[1] == gone.pin)
     if kind == "services":
         drop_steps(trial, lambda step: step[0] == "b" and step[1] == gone.device)
@@ -78,9 +80,9 @@ def dropped(the_set):
     for kind in ("loops", "edges", "services", "interrupts", "away"):
         yield from (without(the_set, kind, place) for place in range(len(getattr(the_set, kind))))
     yield from (without_lock(the_set, lock) for lock in the_set.locks)
-    for name in ("switch", "tick_period"):
+    for name in ("switch", "tick_period", "wake_latency", "edge_top", "victim_pays"):
         if getattr(the_set, name):
-            yield with_value(the_set, "", name=name, place=0, value=0)
+            yield with_value(the_set, "", name=name, place=0, value=type(getattr(the_set, name))(0))
     yield from (without_core(the_set, core) for core in range(the_set.cores if the_set.cores > 1 else 0))
     for kind in ("a", "r", "b"):
         if any(step[0] == kind for script in sets.scripts_of(the_set) for step in script):
@@ -97,6 +99,7 @@ def simpler(the_set):
     for place, loop in enumerate(the_set.loops):
         if loop.sleep:
             trial = with_value(the_set, "loops", place, "sleep", 0)
+            trial.loops[place].sleeps = 0
             trial.loops[place].scripts = [[step for step in script if step[0] != "s"] for script in loop.scripts]
             yield trial
         for turn, script in enumerate(loop.scripts):
@@ -126,7 +129,7 @@ def rounded(the_set):
         for place, each in enumerate(getattr(the_set, kind)):
             for name in names:
                 yield from (with_value(the_set, kind, place, name, value) for value in rounder(getattr(each, name)))
-    for name in ("switch", "tick_period", "tick_cost"):
+    for name in ("switch", "tick_period", "tick_cost", "wake_latency", "edge_top", "edge_interval"):
         yield from (with_value(the_set, "", 0, name, value) for value in rounder(getattr(the_set, name)))
     for lock, held in the_set.locks.items():
         for loop, length in held.items():

@@ -12,7 +12,7 @@ Time is in whole nanoseconds. A script is what one release of a loop (or one run
     ("r", device, core)             … and back
     ("b", device, budget, period)   gives the device's I/O VCPU another budget
 
-Loops and handlers have several scripts and take them in turn.
+Loops and handlers have several scripts and take them in turn. A handler takes locks as a loop does, and never sleeps.
 """
 
 import copy
@@ -31,6 +31,7 @@ class Loop:
     core: int  # -1: wherever it fits
     sleep: int
     scripts: list
+    sleeps: int = 0  # in so many pieces; 0: it does not say, and sleeps once
 
 
 @dataclasses.dataclass
@@ -71,8 +72,12 @@ class Set:
     switch: int = 0
     tick_period: int = 0
     tick_cost: int = 0
+    wake_latency: int = 0  # how late a sleeper wakes
+    edge_top: int = 0  # what each edge takes above every loop
+    edge_interval: int = 0  # and how close two of a pin come; one that comes sooner is held back
+    victim_pays: bool = False  # the budget of whom an interrupt stops pays for it
     loops: list = dataclasses.field(default_factory=list)
-    locks: dict = dataclasses.field(default_factory=dict)  # number → {loop: length}; empty: it says nothing
+    locks: dict = dataclasses.field(default_factory=dict)  # number → {loop, or −pin of a handler: length}; empty: it says nothing
     services: list = dataclasses.field(default_factory=list)
     edges: list = dataclasses.field(default_factory=list)
     interrupts: list = dataclasses.field(default_factory=list)
@@ -137,9 +142,12 @@ def is_honest(the_set):
         return False
     if any(step[0] in "ar" and step[2] >= the_set.cores for script in scripts_of(the_set) for step in script):
         return False
-    if any(step[0] not in "cp" for edge in the_set.edges for script in edge.scripts for step in script):
+    if any(step[0] not in "cplu" for edge in the_set.edges for script in edge.scripts for step in script):
         return False
-    return all(keeps_declarations(the_set, loop, script) for loop in the_set.loops for script in loop.scripts)
+    if the_set.edge_top and not the_set.edge_interval:
+        return False
+    return all(keeps_declarations(the_set, loop, script) for loop in the_set.loops for script in loop.scripts) and all(
+        keeps_locks(the_set, -edge.pin, script) for edge in the_set.edges for script in edge.scripts)
 
 
 def needs(script, step_ns):
@@ -150,14 +158,22 @@ def needs(script, step_ns):
 
 
 def keeps_declarations(the_set, loop, script):
-    held = sections(script, the_set.step_ns)
-    if held is None or needs(script, the_set.step_ns) > loop.budget:
+    if needs(script, the_set.step_ns) > loop.budget:
         return False
-    if sleeps(script) > loop.sleep or sum(step[0] == "s" for step in script) > 1:
+    if sleeps(script) > loop.sleep or sum(step[0] == "s" for step in script) > max(loop.sleeps, 1):
+        return False
+    return keeps_locks(the_set, loop.id, script)
+
+
+def keeps_locks(the_set, holder, script):
+    """A lock that says nothing counts as every loop's, and as no handler's."""
+    held = sections(script, the_set.step_ns)
+    if held is None:
         return False
     for lock, length in held.items():
         if lock not in the_set.locks:
             return False
-        if the_set.locks[lock] and length > the_set.locks[lock].get(loop.id, -1):
+        said = the_set.locks[lock]
+        if length > said.get(holder, -1) if said else holder < 0:
             return False
     return True

@@ -9,6 +9,13 @@ def board_file(the_set):
     lines = ["[sim]", f"cores = {the_set.cores}", "poll_limit = 1000000000"]
     if the_set.tick_period:
         lines += [f'tick_period = "{the_set.tick_period} ns"', f'tick_cost = "{the_set.tick_cost} ns"']
+    for name in ("wake_latency", "edge_interval"):
+        if getattr(the_set, name):
+            lines.append(f'{name} = "{getattr(the_set, name)} ns"')
+    if the_set.edge_top:
+        lines.append(f'edge_top_half = "{the_set.edge_top} ns"')
+    if the_set.victim_pays:
+        lines.append("charge_interrupts_to_victim = true")
     lines += ["", "[sim.costs]", f'pin_read = "{the_set.step_ns} ns"', f'analog_read = "{100 * the_set.step_ns} ns"']
     if the_set.switch:
         lines.append(f'context_switch = "{the_set.switch} ns"')
@@ -39,14 +46,14 @@ def script_line(script, locks):
 
 def set_file(the_set):
     locks = sorted(the_set.locks)
-    lines = [f"loop {loop.id} {loop.budget} {loop.period} {loop.core} {loop.sleep}" for loop in the_set.loops]
+    lines = [f"loop {loop.id} {loop.budget} {loop.period} {loop.core} {loop.sleep} {loop.sleeps}" for loop in the_set.loops]
     lines += [f"does loop {loop.id} {script_line(script, locks)}" for loop in the_set.loops for script in loop.scripts]
     lines += [f"does pin {edge.pin} {script_line(script, locks)}" for edge in the_set.edges for script in edge.scripts]
-    for place, lock in enumerate(locks):
-        lines.append(f"lock {lock}")
-        lines += [f"held {place} {loop} {length}" for loop, length in the_set.locks[lock].items()]
     lines += [f"serve {number(each.device)} {each.budget} {each.period} {each.core}" for each in the_set.services]
     lines += [f"edge {edge.pin} {edge.budget} {edge.period} {edge.core}" for edge in the_set.edges]
+    for place, lock in enumerate(locks):
+        lines.append(f"lock {lock}")
+        lines += [f"held {place} {holder} {length}" for holder, length in the_set.locks[lock].items()]
     lines += [f"away {number(device)} {core}" for device, core in the_set.away]
     return "\n".join(lines) + "\n"
 
@@ -87,8 +94,8 @@ def setup_lines(the_set):
     locks = sorted(the_set.locks)
     yield from (f"pinMode({edge.pin}, OUTPUT);" for edge in the_set.edges)
     for lock in locks:
-        for loop, length in the_set.locks[lock].items():
-            yield f"lock{locks.index(lock)}.heldBy({loop}, {duration(length)});"
+        for holder, length in the_set.locks[lock].items():
+            yield f"lock{locks.index(lock)}.heldBy({holder if holder > 0 else f'handler{-holder}'}, {duration(length)});"
     for each in the_set.services:
         yield f"interruptsVcpu({each.device.upper()}, {duration(each.budget)}, {duration(each.period)}, {each.core});"
     for edge in the_set.edges:
@@ -117,5 +124,7 @@ def sketch(the_set):
             words.append(str(loop.core))
         if loop.sleep:
             words.append(duration(loop.sleep))
+        if loop.sleeps:
+            words.append(str(loop.sleeps))
         out += [f"void loop({', '.join(words)}) {{", body(loop.scripts, locks), "  waitForNextPeriod();", "}"]
     return "\n".join(out) + "\n"

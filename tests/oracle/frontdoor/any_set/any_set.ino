@@ -114,15 +114,15 @@ static Script script_of(const char* at) {
     return script;
 }
 
-// "loop ID BUDGET PERIOD CORE SLEEP" declares itself at once, as the macro does. "does loop ID …"
-// and "does pin PIN …" add a script, in steps of four words. All else is for setup().
+// "loop ID BUDGET PERIOD CORE SLEEP SLEEPS" declares itself at once, as the macro does. "does loop
+// ID …" and "does pin PIN …" add a script, in steps of four words. All else is for setup().
 static void take_line(const char* line) {
     Set& set = the_set();
-    long long id = 0, budget = 0, period = 0, core = 0, sleep = 0;
+    long long id = 0, budget = 0, period = 0, core = 0, sleep = 0, sleeps = 0;
     int length = 0;
-    if (std::sscanf(line, "loop %lld %lld %lld %lld %lld", &id, &budget, &period, &core, &sleep) == 5) {
+    if (std::sscanf(line, "loop %lld %lld %lld %lld %lld %lld", &id, &budget, &period, &core, &sleep, &sleeps) == 6) {
         qduino::arduino::LoopRegistration(static_cast<int>(id), Nanoseconds{budget}, Nanoseconds{period},
-                                          static_cast<int>(core), Nanoseconds{sleep}, 0, BODIES[id], "set", 0);
+                                          static_cast<int>(core), Nanoseconds{sleep}, static_cast<int>(sleeps), BODIES[id], "set", 0);
     } else if (std::sscanf(line, "does loop %lld%n", &id, &length) == 1) {
         set.loops[id].scripts.push_back(script_of(line + length));
     } else if (std::sscanf(line, "does pin %lld%n", &id, &length) == 1) {
@@ -160,13 +160,20 @@ static void attach(int pin, Nanoseconds budget, Nanoseconds period, int core) {
         attachInterrupt(pin, HANDLER_BODIES[number], CHANGE);
 }
 
+// By a loop, or by the handler of pin −holder.
+static void say_held(Mutex& lock, long long holder, Nanoseconds length) {
+    if (holder > 0) return lock.heldBy(static_cast<int>(holder), length);
+    for (int number = 0; number < the_set().handler_count; ++number)
+        if (the_set().pin_of_handler[number] == -holder) lock.heldBy(HANDLER_BODIES[number], length);
+}
+
 void setup() {
     Set& set = the_set();
     for (const std::string& line : set.setup_lines) {
         long long a = 0, b = 0, c = 0, d = 0;
         if (std::sscanf(line.c_str(), "lock %lld", &a) == 1) set.locks.push_back(std::make_unique<Mutex>());
         if (std::sscanf(line.c_str(), "held %lld %lld %lld", &a, &b, &c) == 3)
-            set.locks[static_cast<std::size_t>(a)]->heldBy(static_cast<int>(b), Nanoseconds{c});
+            say_held(*set.locks[static_cast<std::size_t>(a)], b, Nanoseconds{c});
         if (std::sscanf(line.c_str(), "serve %lld %lld %lld %lld", &a, &b, &c, &d) == 4)
             qduino::arduino::interrupts_vcpu(device(a), Nanoseconds{b}, Nanoseconds{c}, static_cast<int>(d));
         if (std::sscanf(line.c_str(), "edge %lld %lld %lld %lld", &a, &b, &c, &d) == 4)
