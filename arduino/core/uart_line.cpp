@@ -52,8 +52,9 @@ void UartLine::drain() const {
 }
 
 std::size_t UartLine::arrived(std::size_t offered) {
-    // A loop that waits for a byte asks over and over. The clock is not asked: in the simulator that
-    // is a call that takes time, and such a wait is known as a spin by the place where it stands.
+    // A loop that waits for a byte asks over and over. The clock is not asked: in the simulator
+    // that is a call that takes time, and such a wait is known as a spin by the place where it
+    // stands.
     if (offered == 0) {
         idle_ = true;
         return unread_ = 0;

@@ -7,8 +7,8 @@
 //   cpu.rt_runtime_us      of real-time tasks, in each cpu.rt_period_us and on each core, where the
 //                          kernel is built with RT_GROUP_SCHED. A group that has 0, as containers
 //                          get it, takes no real-time task at all
-//   cpu.cfs_quota_us,      of ordinary tasks, on all cores together. A group that has spent it waits
-//   cpu.max
+//   cpu.cfs_quota_us,      of ordinary tasks, on all cores together. A group that has spent it
+//   cpu.max                waits
 //   cpuset.cpus            no thread gets onto another core
 //
 // The tightest group counts, from the top down to the own one. `root` precedes /proc and

@@ -222,7 +222,7 @@ TEST_F(ArduinoPins, NoToneEndsIt) {
     tone(8, 1000);
     run_tone_loop(20);
     EXPECT_EQ(levels_written(8).back(), 0);
-    EXPECT_GE(board().writes.back().at_ns, 10'000'000);
+    EXPECT_GE(board().writes.back().at_ns, 9'000'000);
     EXPECT_LE(board().writes.back().at_ns, 11'000'000);
 }
 
