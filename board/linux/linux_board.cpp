@@ -84,6 +84,7 @@ LinuxBoard::LinuxBoard(LinuxConfig config)
 Result<std::unique_ptr<LinuxBoard>> LinuxBoard::open(LinuxConfig config) {
     std::unique_ptr<LinuxBoard> board{new LinuxBoard{std::move(config)}};
     cycle_clock.start();
+    wake_on_time();  // also what this thread makes: the warden
     // Before setup(). A process whose parent has died is the sketch's child then, where the warden
     // sees it (strangers.h).
     if (board->config_.enforce_budgets && board->config_.warden) ::prctl(PR_SET_CHILD_SUBREAPER, 1, 0, 0, 0);
