@@ -154,7 +154,9 @@ int run_sketch(board::Board& board, const SketchOptions& options, const SketchCo
     reported = report_to(options.report_path, guarantee) && reported;
     if (const std::string handlers = handlers_kept(guarantee); !handlers.empty())
         report_beside_sketch(handlers);
-    if (const std::string notes = sleep_notes(runtime) + lock_notes(runtime, runtime::sketch_table()); !notes.empty()) report_beside_sketch(notes);
+    if (const std::string notes = sleep_notes(runtime) + lock_notes(runtime, runtime::sketch_table());
+        !notes.empty())
+        report_beside_sketch(notes);
     if (&arduino::serial_waits != nullptr) {
         if (const std::string notes = arduino::serial_waits(); !notes.empty()) report_beside_sketch(notes);
     }
