@@ -419,7 +419,12 @@ def main():
         return 1
     formats = any(os.path.exists(os.path.join(folder, FORMATS_HEADER)) for folder in kept)
     if formats and long_bits == 32 and PREPARED not in text.original and 'qduino_printf' not in text.original and FORMATS.search(text.code):
-        subprocess.run([*bare, '-include', FORMATS_HEADER, '-E', str(source), '-o', str(unit)], check=True)
+        # By a file of its own: -include looks into the working folder first, and a header that is
+        # found there is the sketch's.
+        first = pathlib.Path(output + '.first.h')
+        first.write_text(f'#include <{FORMATS_HEADER}>\n', encoding='utf-8')
+        subprocess.run([*bare, '-include', str(first.resolve()), '-E', str(source), '-o', str(unit)], check=True)
+        first.unlink()
         text = Text(unit.read_text(encoding='utf-8', errors='surrogateescape'), kept, long_bits, own)
     compiling = [*without(without(bare, '-MD', 0), '-MF', 1), '-c', str(unit), '-o', output]
     status = compile_text(text, unit, compiling)

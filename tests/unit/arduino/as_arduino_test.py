@@ -40,14 +40,14 @@ class Compiled(unittest.TestCase):
         self.addCleanup(folder.cleanup)
         self.folder = pathlib.Path(folder.name)
 
-    def compile(self, name, text, *flags, status=0, prepared=()):
+    def compile(self, name, text, *flags, status=0, prepared=(), cwd=None):
         """The messages."""
         source = self.folder / name
         source.write_text(text, encoding='utf-8')
         compiler = [CC, '-std=gnu17'] if name.endswith('.c') else [CXX, '-std=gnu++20', '-fpermissive']
         options = ['--keep', self.folder / 'kept', *itertools.chain(*(('--prepared', folder) for folder in prepared))]
         done = subprocess.run([sys.executable, '-B', TOOL, *options, '--', *compiler, '-Wall', *flags, '-MD', '-MF',
-                               f'{source}.d', '-c', source, '-o', f'{source}.o'], capture_output=True, text=True, check=False)
+                               f'{source}.d', '-c', source, '-o', f'{source}.o'], cwd=cwd, capture_output=True, text=True, check=False)
         self.assertEqual(done.returncode, status, done.stderr)
         return done.stderr
 
@@ -106,6 +106,15 @@ class Compiled(unittest.TestCase):
             (self.folder / name / f'{name}.h').write_text(f'using {name}_long = long;\n')
         self.compile('kept.cpp', '#include "kept.h"\n#include "other.h"\nstatic_assert(sizeof(kept_long) == 8 && sizeof(other_long) == 4);\n',
                      '-isystem', self.folder / 'kept', '-isystem', self.folder / 'other')
+
+    def test_formats_are_the_boards_wherever_the_tool_runs(self):
+        kept = self.folder / 'kept'
+        (kept / 'arduino/core').mkdir(parents=True)
+        (kept / 'arduino/core/formats.h').write_text('#pragma once\nlong of_the_board();\n')
+        for cwd in (self.folder, kept):
+            self.compile('formats.cpp', '#include <cstdio>\nint f() { return printf("x"); }\nstatic_assert(sizeof(of_the_board()) == 8);\n',
+                         '-isystem', kept, cwd=cwd)
+        self.assertEqual([path.name for path in self.folder.glob('*first*')], [])
 
     def test_a_library_below_a_kept_folder_is_no_systems(self):
         inner = self.folder / 'kept/libraries/inner'
