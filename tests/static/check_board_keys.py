@@ -24,7 +24,7 @@ FAULT = "a fault: what it does is beside the guarantee, and the run shows it"
 LINUX = "on Linux what things take is measured (board/linux/interference.h, overheads.h), and not said"
 REASONS = {
     "sim.cores": PLACE, "sim.seed": "chooses among arrivals that are all counted", "sim.edge_poll_period": "looks at pins; takes no time",
-    "sim.poll_limit": OWN, "sim.poll_cost": OWN, "sim.body_cost": OWN, "sim.spin_limit": OWN, "sim.stack_bytes": "takes no time",
+    "sim.serial_at_baud": OWN, "sim.poll_limit": OWN, "sim.poll_cost": OWN, "sim.body_cost": OWN, "sim.spin_limit": OWN, "sim.stack_bytes": "takes no time",
     "sim.interrupt.from": "begins later; counted from the begin", "sim.interrupt.lost_from": FAULT,
     "sim.interrupt.stuck_from": FAULT, "sim.interrupt.stuck_rate_hz": FAULT,
     "sim.costs.nic_per_byte": OWN + ", or the I/O VCPU that serves the network",
