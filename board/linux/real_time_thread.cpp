@@ -80,9 +80,8 @@ void wake_on_time() { ::prctl(PR_SET_TIMERSLACK, 1, 0, 0, 0); }
 FixedString<160> why_no_real_time(const std::string& root) {
     const auto group = real_time_group(root);
     if (group && group->runtime == Nanoseconds{0}) {
-        return "no SCHED_FIFO: cpu.rt_runtime_us of its control group is 0 (`qduino doctor` names it): write "
-               "a "
-               "share there, or docker run --cpu-rt-runtime";
+        return "no SCHED_FIFO: cpu.rt_runtime_us of its control group is 0 (`qduino doctor` names it): "
+               "write a share there, or docker run --cpu-rt-runtime";
     }
     return "no SCHED_FIFO: run as root, or allow it with `ulimit -r 99` or CAP_SYS_NICE";
 }
