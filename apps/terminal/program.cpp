@@ -4,6 +4,7 @@
 #include <signal.h>
 #include <sys/signalfd.h>
 #include <unistd.h>
+
 #include <atomic>
 
 #include "apps/terminal/message.h"
