@@ -59,7 +59,7 @@ class OtherComputers(unittest.TestCase):
         self.assertGreater(rises, 950)
         self.assertLess(rises, 1000)
         # A pass of the kernel is so many instructions of 16 ns, if the clock is right.
-        return int(re.findall(r'kernel (\d+) ns', done.stderr)[-1])
+        return [int(each) for each in re.findall(r'kernel (\d+) ns', done.stderr)]
 
     def test_cores_that_are_too_many_missing_or_numbered_with_gaps(self):
         for cores, smp in (8, '12'), (4, '4,maxcpus=8'), (6, '6,sockets=2,cores=3,threads=1'):
@@ -70,7 +70,11 @@ class OtherComputers(unittest.TestCase):
 
     def test_a_clock_without_the_old_timer(self):
         with_it, without = (self.boots(2, '-smp', '2', '-machine', f'q35,pit={pit}', '-cpu', 'max', '-m', '128') for pit in ('on', 'off'))
-        self.assertLess(abs(with_it - without), 0.01 * with_it)
+        self.assertEqual(len(with_it), len(without))
+        # Each core has two passes. One may take a branch more, by what it finds; a wrong clock changes all of them.
+        apart = [abs(one - other) / one for one, other in zip(with_it, without)]
+        self.assertLess(min(apart), 0.002)
+        self.assertLess(max(apart), 0.05)
 
 
 class Media(unittest.TestCase):
