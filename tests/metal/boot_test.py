@@ -71,7 +71,8 @@ class OtherComputers(unittest.TestCase):
     def test_a_clock_without_the_old_timer(self):
         with_it, without = (self.boots(2, '-smp', '2', '-machine', f'q35,pit={pit}', '-cpu', 'max', '-m', '128') for pit in ('on', 'off'))
         self.assertEqual(len(with_it), len(without))
-        # Each core has two passes. One may take a branch more, by what it finds; a wrong clock changes all of them.
+        # Each core has two passes. One may take a branch more, by what it finds; a wrong clock
+        # changes all of them.
         apart = [abs(one - other) / one for one, other in zip(with_it, without)]
         self.assertLess(min(apart), 0.002)
         self.assertLess(max(apart), 0.05)
