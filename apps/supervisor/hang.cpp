@@ -16,9 +16,7 @@ constexpr Nanoseconds kSleepsAtLeast = 1s;
 /// Beyond this a sleep has no end that anybody meant.
 constexpr Nanoseconds kNoEnd = 8760h;
 
-Instant instant_of(const std::atomic<std::int64_t>& ns) {
-    return instant_from_ns(ns.load(std::memory_order_relaxed));
-}
+std::int64_t ns_of(const std::atomic<std::int64_t>& ns) { return ns.load(std::memory_order_relaxed); }
 
 std::string name_of(VcpuId vcpu) {
     if (vcpu == board::kNoVcpu) return "setup()";
@@ -43,34 +41,69 @@ std::string what_it_does(const Hang& hang, Instant now) {
     return "it polls: it runs or waits shortly, and does not end its release";
 }
 
-Hang find_lost_warden(const PinsLayout& layout, Instant now) {
-    const std::int64_t by = layout.warden_by_ns.load();
-    if (layout.warden.load() == 0 || by == board::kWardenLeft || to_ns(now) <= by) return {};
+Hang find_lost_warden(const PinsLayout& layout, Instant now, const Pauses& pauses) {
+    if (layout.warden.load() == 0 || layout.warden_by_ns.load() == board::kWardenLeft) return {};
+    const Instant by = pauses.end_of_wardens_look(layout);
+    if (now <= by) return {};
     Hang hang;
     hang.kind = Hang::Kind::unwatched;
-    hang.overdue = now - instant_from_ns(by);
+    hang.overdue = now - by;
     return hang;
 }
 
 }  // namespace
 
-Hang find_hang(const PinsLayout& layout, Instant now, Nanoseconds bound) {
+void Pauses::Promise::delay(std::int64_t now_by_ns, Nanoseconds turn) {
+    longer = now_by_ns == by_ns ? longer + turn : turn;
+    by_ns = now_by_ns;
+}
+
+Instant Pauses::Promise::end(std::int64_t now_by_ns) const {
+    const Instant by = instant_from_ns(now_by_ns);
+    // "None" and "without end" are no instants that could be later.
+    if (now_by_ns != by_ns || by == kEpoch || by > kForever - longer) return by;
+    return by + longer;
+}
+
+void Pauses::turn_took(const PinsLayout& layout, Nanoseconds turn) {
+    if (turn <= kLongestTurn) return;
+    for (VcpuId vcpu = 0; vcpu < board::kVcpuLimit; ++vcpu) {
+        const Heartbeat& beat = layout.heartbeats[vcpu];
+        beats_[vcpu].delay(ns_of(beat.expected_by_ns), turn);
+        progress_[vcpu].delay(ns_of(beat.progress_by_ns), turn);
+    }
+    warden_.delay(layout.warden_by_ns.load(), turn);
+}
+
+Instant Pauses::end_of_beat(const PinsLayout& layout, VcpuId vcpu) const {
+    return beats_[vcpu].end(ns_of(layout.heartbeats[vcpu].expected_by_ns));
+}
+
+Instant Pauses::end_of_progress(const PinsLayout& layout, VcpuId vcpu) const {
+    return progress_[vcpu].end(ns_of(layout.heartbeats[vcpu].progress_by_ns));
+}
+
+Instant Pauses::end_of_wardens_look(const PinsLayout& layout) const {
+    return warden_.end(layout.warden_by_ns.load());
+}
+
+Hang find_hang(const PinsLayout& layout, Instant now, Nanoseconds bound, const Pauses& pauses) {
     for (VcpuId vcpu = 1; vcpu < board::kVcpuLimit; ++vcpu) {
-        const Instant by = instant_of(layout.heartbeats[vcpu].expected_by_ns);
+        const Instant by = pauses.end_of_beat(layout, vcpu);
         if (by == kEpoch || now <= by) continue;
         return {.kind = Hang::Kind::silent, .vcpu = vcpu, .overdue = now - by, .limit = {}, .heard_of = {}};
     }
     for (VcpuId vcpu = board::kNoVcpu; vcpu < board::kVcpuLimit; ++vcpu) {
         const Heartbeat& beat = layout.heartbeats[vcpu];
-        const Instant by = instant_of(beat.progress_by_ns);
+        const Instant by = pauses.end_of_progress(layout, vcpu);
         if (by == kEpoch || now <= by) continue;
         return {.kind = Hang::Kind::stuck,
                 .vcpu = vcpu,
                 .overdue = now - by,
                 .limit = Nanoseconds{beat.progress_limit_ns.load(std::memory_order_relaxed)},
-                .heard_of = instant_of(beat.expected_by_ns) - bound};
+                .heard_of = instant_from_ns(ns_of(beat.expected_by_ns)) - bound};
     }
-    return find_lost_warden(layout, now);
+    return find_lost_warden(layout, now, pauses);
 }
 
 std::string hang_text(const Hang& hang, Instant now, bool core_was_taken) {

@@ -93,6 +93,7 @@ int Supervisor::keep_running(int signals) {
         warden_.reset();
         warden_pid_ = 0;
         turns_unwatched_ = 0;
+        pauses_ = {};
         // Forgets the promises of an earlier sketch.
         for (auto& beat : layout.heartbeats) {
             beat.expected_by_ns.store(0);
@@ -145,6 +146,7 @@ Supervisor::Watched Supervisor::watch(const SketchProcess& sketch, int signals) 
     Watched watched;
     Instant kill_at = kForever;
     Pace pace;
+    Instant last_look = monotonic_now();
     for (;;) {
         pace.next_turn();
         heat_watch_.expect_beats(true);
@@ -158,6 +160,8 @@ Supervisor::Watched Supervisor::watch(const SketchProcess& sketch, int signals) 
         if ((events[1].revents & POLLIN) != 0) hand_on_signal(sketch, signals, kill_at);
         if ((events[2].revents & POLLIN) != 0) renew_heat_watch();
         const Instant now = monotonic_now();
+        pauses_.turn_took(file_.layout(), now - last_look);
+        last_look = now;
         if (options_.heartbeat_timeout > Nanoseconds{0}) watched.hang = find_hang_now(now);
         const bool orphaned = starter_.is_dead();
         if (!watched.hang.found() && now < kill_at && !orphaned) continue;
@@ -178,7 +182,7 @@ Hang Supervisor::find_hang_now(Instant now) {
         warden_pid_ = warden;
         warden_.reset(static_cast<int>(::syscall(SYS_pidfd_open, warden, 0)));
     }
-    Hang hang = find_hang(layout, now, options_.heartbeat_timeout);
+    Hang hang = find_hang(layout, now, options_.heartbeat_timeout, pauses_);
     pollfd dead{warden_.get(), POLLIN, 0};
     const bool died = warden_.valid() && layout.warden_by_ns.load() != board::kWardenLeft &&
                       ::poll(&dead, 1, 0) > 0 && (dead.revents & POLLIN) != 0;

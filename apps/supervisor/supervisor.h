@@ -116,6 +116,7 @@ class Supervisor {
     posix::UniqueFd warden_;        // of the sketch: readable once it is dead
     std::uint32_t warden_pid_ = 0;  // 0: it has none yet
     int turns_unwatched_ = 0;
+    Pauses pauses_;  // of this process, while it watches the sketch
 };
 
 /// The program qduino-supervisor without its main(): tests run it on a system of their own. Returns

@@ -19,6 +19,7 @@ namespace {
 using ::qduino::supervisor::find_hang;
 using ::qduino::supervisor::Hang;
 using ::qduino::supervisor::hang_text;
+using ::qduino::supervisor::Pauses;
 
 /// The supervisor's bound where a hang is to be noticed soon, and where none is to be seen though a
 /// loaded computer lets ordinary processes wait. Both are shorter than the sketch's long waits.
@@ -175,6 +176,32 @@ TEST_F(HangFinder, JudgesAWardenByTheInstantThatItTells) {
     beat(2).expected_by_ns = to_ns(kNow - 1ns);
     layout_->warden_by_ns = 1;
     EXPECT_EQ(find(kNow).kind, Hang::Kind::silent) << "a loop says more";
+}
+
+TEST_F(HangFinder, LetsWhatWasPromisedBeforeAPauseHoldForLonger) {
+    beat(2).expected_by_ns = to_ns(kNow - 5s);
+    beat(3).progress_by_ns = to_ns(kNow + 1s);
+    layout_->warden = 77;
+    layout_->warden_by_ns = to_ns(kNow - 5s);
+    Pauses pauses;
+    pauses.turn_took(*layout_, Pauses::kLongestTurn);
+    EXPECT_EQ(find_hang(*layout_, kNow, 1s, pauses).vcpu, 2) << "that was no pause";
+    pauses.turn_took(*layout_, 2s);
+    EXPECT_TRUE(find_hang(*layout_, kNow, 1s, pauses).found());
+    pauses.turn_took(*layout_, 3s);
+    EXPECT_FALSE(find_hang(*layout_, kNow, 1s, pauses).found()) << "both pauses count";
+    EXPECT_EQ(find_hang(*layout_, kNow + 1ns, 1s, pauses).kind, Hang::Kind::silent);
+    beat(2).expected_by_ns = to_ns(kNow - 1ns);
+    EXPECT_EQ(find_hang(*layout_, kNow, 1s, pauses).overdue, 1ns) << "it was promised after the pause";
+    beat(2).expected_by_ns = to_ns(kNow + 60s);
+    EXPECT_EQ(find_hang(*layout_, kNow + 1ns, 1s, pauses).kind, Hang::Kind::unwatched);
+    layout_->warden_by_ns = to_ns(kNow + 60s);
+    EXPECT_FALSE(find_hang(*layout_, kNow + 6s, 1s, pauses).found());
+    EXPECT_EQ(find_hang(*layout_, kNow + 6s + 1ns, 1s, pauses).kind, Hang::Kind::stuck);
+    beat(3).progress_by_ns = to_ns(kForever);
+    beat(2).expected_by_ns = to_ns(kEpoch);
+    pauses.turn_took(*layout_, 3s);
+    EXPECT_FALSE(find_hang(*layout_, kNow + 7s, 1s, pauses).found()) << "nothing is promised";
 }
 
 TEST_F(HangFinder, KnowsSetupByItsPromiseAlone) {

@@ -96,6 +96,31 @@ TEST(Supervisor, AHangInOneLoopKillsTheSketchThoughTheOtherLoopGoesOn) {
     say_how_late("the missed heartbeat", first_forced(run.machine()) - promised);
 }
 
+/// As Ctrl-Z and fg do, or a freezer: and the supervisor is the first that goes on.
+TEST(Supervisor, AJobThatWasStoppedAsAWholeGoesOn) {
+    SupervisedSketch run{"live"};
+    run.wait_until_running();
+    const pid_t heat_watch = run.heat_watch();
+    ASSERT_GT(heat_watch, 0);
+    run.signal_sketch(SIGSTOP);
+    ::kill(heat_watch, SIGSTOP);
+    ::kill(run.supervisor(), SIGSTOP);
+    std::this_thread::sleep_for(3s);  // three times as long as a loop may be silent
+    const auto& beat = run.layout().heartbeats[1].expected_by_ns;
+    const std::int64_t old_promise = beat.load();
+    ::kill(run.supervisor(), SIGCONT);
+    std::this_thread::sleep_for(100ms);  // some ten looks of the supervisor's at old promises
+    run.signal_sketch(SIGCONT);
+    ::kill(heat_watch, SIGCONT);
+    run.wait_for("a sign of life", [&] { return beat.load() != old_promise || run.gone(); });
+    ASSERT_FALSE(run.gone()) << "it was killed for what nobody could keep";
+    // A promise that it made since then counts as ever.
+    run.signal_sketch(SIGSTOP);
+    EXPECT_EQ(run.finish(), 128 + SIGKILL);
+    expect_safe(run.machine());
+    EXPECT_EQ(run.death(), SketchDeath::hung);
+}
+
 TEST(Supervisor, AFrozenSketchIsAHungOne) {
     SupervisedSketch run{"live"};
     run.wait_until_running();
