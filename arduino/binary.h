@@ -18,4 +18,4 @@
 #define QDUINO_BITS_8(name, value) \
     QDUINO_BITS_1(name, value), QDUINO_BITS_7(name##0, 2 * (value)), QDUINO_BITS_7(name##1, 2 * (value) + 1)
 
-enum BinaryConstant : unsigned char { QDUINO_BITS_8(B, 0) };
+enum BinaryConstant : int { QDUINO_BITS_8(B, 0) };

@@ -15,6 +15,33 @@ std::size_t put_text(char* out, const char* text) {
     return size;
 }
 
+/// In the order of Arduino's Print (ArduinoCore-avr 1.8.7, Print.cpp): half a unit of the last
+/// digit is added, then one digit after the other is cut off. So the last digit is wrong by one
+/// where Real is too narrow for that half.
+template <typename Real>
+std::size_t put_digits(char* out, Real value, unsigned decimals) {
+    std::size_t size = 0;
+    if (value < 0) {
+        out[size++] = '-';
+        value = -value;
+    }
+    Real half = Real{1} / 2;
+    for (unsigned i = 0; i < decimals; ++i) half /= 10;
+    value += half;
+    const auto whole = static_cast<std::uint64_t>(value);
+    Real rest = value - static_cast<Real>(whole);
+    size += format_unsigned(out + size, whole, 10);
+    if (decimals > 0) out[size++] = '.';
+    for (unsigned i = 0; i < decimals; ++i) {
+        rest *= 10;
+        const int digit = std::min(static_cast<int>(rest), 9);
+        out[size++] = static_cast<char>('0' + digit);
+        rest -= static_cast<Real>(digit);
+    }
+    out[size] = '\0';
+    return size;
+}
+
 }  // namespace
 
 std::size_t format_unsigned(char* out, std::uint64_t value, unsigned base) {
@@ -38,27 +65,9 @@ std::size_t format_float(char* out, double value, unsigned decimals) {
     if (std::isinf(value)) return put_text(out, "inf");
     if (value > kLargest || value < -kLargest) return put_text(out, "ovf");
     decimals = std::min(decimals, kDecimalsMax);
-
-    std::size_t size = 0;
-    if (value < 0) {
-        out[size++] = '-';
-        value = -value;
-    }
-    double half = 0.5;
-    for (unsigned i = 0; i < decimals; ++i) half /= 10.0;
-    value += half;
-    const auto whole = static_cast<std::uint64_t>(value);
-    double rest = value - static_cast<double>(whole);
-    size += format_unsigned(out + size, whole, 10);
-    if (decimals > 0) out[size++] = '.';
-    for (unsigned i = 0; i < decimals; ++i) {
-        rest *= 10.0;
-        const int digit = std::min(static_cast<int>(rest), 9);
-        out[size++] = static_cast<char>('0' + digit);
-        rest -= digit;
-    }
-    out[size] = '\0';
-    return size;
+    const auto narrow = static_cast<float>(value);
+    if (static_cast<double>(narrow) == value) return put_digits(out, narrow, decimals);
+    return put_digits(out, value, decimals);
 }
 
 }  // namespace qduino::arduino

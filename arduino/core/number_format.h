@@ -21,6 +21,9 @@ std::size_t format_signed_decimal(char* out, std::int64_t value);
 /// Writes `value` with `decimals` digits after the point (at most kDecimalsMax), rounded half away
 /// from zero. As Arduino's Print: "nan", "inf", and "ovf" beyond ±4294967040. `out` holds at least
 /// kFloatTextMax bytes; terminated.
+///
+/// A value that a float can hold is worked on as a float, and has the digits that an AVR prints,
+/// whose double is one: 333795.0625 with three is 333795.062. Others have a double's precision.
 std::size_t format_float(char* out, double value, unsigned decimals);
 
 }  // namespace qduino::arduino

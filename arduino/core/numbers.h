@@ -37,10 +37,11 @@ template <typename T>
 constexpr auto sq(T value) {
     return value * value;
 }
-/// The C library has abs() of every signed type; an unsigned value is its own magnitude.
+/// The C library has abs() of every signed type; an unsigned value is its own magnitude. As wide
+/// as arithmetic makes it: abs() of a byte is an int.
 template <typename T>
 requires std::is_unsigned_v<T>
-constexpr T abs(T value) { return value; }
+constexpr auto abs(T value) { return +value; }
 
 constexpr double radians(double degrees_angle) { return degrees_angle * DEG_TO_RAD; }
 constexpr double degrees(double radians_angle) { return radians_angle * RAD_TO_DEG; }
@@ -74,9 +75,10 @@ inline qduino::arduino::Long random(qduino::arduino::Long bound) { return random
 constexpr qduino::arduino::UnsignedLong bit(unsigned index) {
     return static_cast<qduino::arduino::UnsignedLong>(1ULL << index);
 }
+/// 0 or 1, of the type that `value >> index` has: of an unsigned long it is one.
 template <typename T>
-constexpr int bitRead(const T& value, unsigned index) {
-    return static_cast<int>((value >> index) & 1);
+constexpr auto bitRead(const T& value, unsigned index) {
+    return (value >> index) & 1;
 }
 constexpr std::uint8_t lowByte(std::uint64_t value) { return static_cast<std::uint8_t>(value & 0xff); }
 constexpr std::uint8_t highByte(std::uint64_t value) {

@@ -71,7 +71,9 @@ QDUINO_PORT(K);
 QDUINO_PORT(L);
 #undef QDUINO_PORT
 
-inline int digitalPinToPort(int pin) { return qduino::arduino::port_of(pin); }
+inline std::uint8_t digitalPinToPort(int pin) {
+    return static_cast<std::uint8_t>(qduino::arduino::port_of(pin));
+}
 inline std::uint8_t digitalPinToBitMask(int pin) { return qduino::arduino::bit_of(pin); }
 inline qduino::arduino::PortRegister* portOutputRegister(int port) {
     return &qduino::arduino::port_register(static_cast<char>(port), qduino::arduino::RegisterKind::output);

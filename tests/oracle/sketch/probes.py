@@ -131,7 +131,9 @@ class Maker:
             raise Undefined
         if form == "bitRead":
             bit = self.chance.randrange(min(kind.bits for kind, _ in left.on))
-            return Expression("bitRead(%s, %d)" % (left.text, bit), [(board.int, left.value >> bit & 1) for board in BOARDS])
+            shifted = left.binary(">>", Expression("%d" % bit, [(board.int, bit) for board in BOARDS]))
+            one = Expression("1", [(board.int, 1) for board in BOARDS])
+            return Expression("bitRead(%s, %d)" % (left.text, bit), shifted.binary("&", one).on)
         byte = left.value & 255 if form == "lowByte" else left.value >> 8 & 255
         return Expression("%s(%s)" % (form, left.text), [(board.types["byte"], byte) for board in BOARDS])
 

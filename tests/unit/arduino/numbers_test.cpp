@@ -53,6 +53,37 @@ TEST(ArduinoNumbers, RoundIsAWholeNumberAndStdRoundIsNot) {
     EXPECT_FLOAT_EQ(std::round(2.4F), 2.0F);
 }
 
+/// Of the type that the AVR core's macros give: it decides how the value is printed, and which
+/// overload is called.
+TEST(ArduinoNumbers, HaveTheTypesOfTheMacros) {
+    const unsigned char byte_value = 200;
+    const signed char small = -3;
+    const unsigned short half = 40000;
+    const std::uint32_t wide = 0x80000000U;
+    const float real = -2.5F;
+    static_assert(std::is_same_v<decltype(bitRead(wide, 31)), std::uint32_t>);
+    static_assert(std::is_same_v<decltype(bitRead(byte_value, 7)), int>);
+    static_assert(std::is_same_v<decltype(bitRead(std::int64_t{1}, 7)), std::int64_t>);
+    static_assert(std::is_same_v<decltype(abs(byte_value)), int>);
+    static_assert(std::is_same_v<decltype(abs(half)), int>);
+    static_assert(std::is_same_v<decltype(abs(small)), int>);
+    static_assert(std::is_same_v<decltype(abs(wide)), std::uint32_t>);
+    static_assert(std::is_same_v<decltype(abs(real)), float>);
+    static_assert(std::is_same_v<decltype(abs(true)), int>);
+    static_assert(std::is_same_v<decltype(sq(byte_value)), int>);
+    static_assert(std::is_same_v<decltype(sq(wide)), std::uint32_t>);
+    static_assert(std::is_same_v<decltype(min(byte_value, byte_value)), unsigned char>);
+    static_assert(std::is_same_v<decltype(max(small, byte_value)), int>);
+    static_assert(std::is_same_v<decltype(constrain(byte_value, 0, real)), float>);
+    static_assert(std::is_same_v<decltype(lowByte(wide)), std::uint8_t>);
+    static_assert(std::is_same_v<decltype(highByte(half)), std::uint8_t>);
+    static_assert(std::is_same_v<decltype(bit(3)), qduino::arduino::UnsignedLong>);
+    static_assert(std::is_same_v<decltype(+B101), int>);
+    EXPECT_EQ(bitRead(wide, 31), 1U);
+    EXPECT_EQ(abs(byte_value), 200);
+    EXPECT_EQ(abs(small), 3);
+}
+
 TEST(ArduinoNumbers, BitsOfEveryWidth) {
     unsigned char value = 0b1000;
     EXPECT_EQ(bitRead(value, 3), 1);

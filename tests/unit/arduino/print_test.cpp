@@ -69,6 +69,27 @@ TEST(ArduinoPrint, CharactersAndBytesDiffer) {
     EXPECT_EQ(printed(red), "3");
 }
 
+/// What a Mega printed (avr-gcc 5.4, in simavr): its double has 24 bits, and half a unit of the
+/// last digit may be too small to change it.
+TEST(ArduinoPrint, AFloatHasTheDigitsOfAnAvr) {
+    EXPECT_EQ(printed(333795.0625F, 3), "333795.062");
+    EXPECT_EQ(printed(333795.0625, 3), "333795.062")
+        << "a literal of a sketch's: a double with a float's value";
+    EXPECT_EQ(printed(-333795.0625F, 3), "-333795.062");
+    EXPECT_EQ(printed(8388607.5F, 1), "8388607.5");
+    EXPECT_EQ(printed(2097152.75F, 1), "2097152.7");
+    EXPECT_EQ(printed(0.1F, 8), "0.10000001");
+    EXPECT_EQ(printed(1.0F / 3.0F, 10), "0.3333333492");
+    EXPECT_EQ(printed(16777216.0F, 2), "16777216.00");
+}
+
+TEST(ArduinoPrint, ADoubleThatNoFloatHoldsKeepsItsPrecision) {
+    EXPECT_EQ(printed(333795.06250001, 3), "333795.063");
+    EXPECT_EQ(printed(0.1, 16), "0.1000000000000000");
+    EXPECT_EQ(printed(16777217.5, 2), "16777217.50");
+    EXPECT_EQ(printed(1.0 / 3.0, 12), "0.333333333333");
+}
+
 TEST(ArduinoPrint, FloatsRoundHalfAwayFromZero) {
     EXPECT_EQ(printed(1.23456), "1.23");
     EXPECT_EQ(printed(1.23456, 0), "1");
