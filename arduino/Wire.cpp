@@ -45,11 +45,8 @@ std::uint8_t TwoWire::transfer(Transaction& transaction, std::size_t out_size, s
     transaction.in_read = 0;
     transaction.in_size = done.ok() ? in_size : 0;
     if (done.ok()) return kDone;
-    if (done.error().code ==
-        ErrorCode::timed_out) {  // a scan of the bus asks every address: not worth a report
-        transaction.timed_out = true;
-        return kNoAnswer;
-    }
+    // A scan of the bus asks every address: not worth a report.
+    if (done.error().code == ErrorCode::timed_out) return kNoAnswer;
     report_error("Wire", transaction.address, done.error());
     return kOtherError;
 }

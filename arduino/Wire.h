@@ -46,8 +46,10 @@ class TwoWire : public Stream, public qduino::arduino::SaysWhoHolds<TwoWire> {
     void setClock(std::uint32_t hz) { lock_.declaration().set_clock(hz); }
     /// The board has its own timeout; accepted and ignored.
     void setWireTimeout(std::uint32_t = 25000, bool = false) {}
-    [[nodiscard]] bool getWireTimeoutFlag() { return mine().timed_out; }
-    void clearWireTimeoutFlag() { mine().timed_out = false; }
+    /// Whether a bus that somebody held low was given up: never here. A chip that does not answer
+    /// is another matter (endTransmission() is 2).
+    [[nodiscard]] bool getWireTimeoutFlag() const { return false; }
+    void clearWireTimeoutFlag() {}
 
     void beginTransmission(int address);
     /// 0: done (or, with `stop` false, kept for the requestFrom that follows); 1: too long for the
@@ -89,7 +91,6 @@ class TwoWire : public Stream, public qduino::arduino::SaysWhoHolds<TwoWire> {
         bool collecting = false;  ///< between beginTransmission and endTransmission
         bool kept = false;        ///< endTransmission(false): out waits for its requestFrom
         bool overflowed = false;
-        bool timed_out = false;
     };
     Transaction& mine();
     /// Sends a transaction that endTransmission(false) kept and no requestFrom followed.

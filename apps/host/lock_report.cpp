@@ -86,9 +86,10 @@ void each_wrong(const Runtime& runtime, const SketchTable& table, Visit visit) {
         for (const board::VcpuId user : users) {
             const Nanoseconds counts = counted_of(lock, user, runtime), held = lock.longest(user);
             if (lock.unsaid() == Unsaid::brief || held <= counts) continue;
-            return visit(lock,
-                         text<std::string>(runtime::vcpu_name(user), " held it for ", human_duration(held),
-                                           ", and ", human_duration(counts), " count"));
+            const std::string counted =
+                counts < Nanoseconds{0} ? "none of it counts" : human_duration(counts) + " count";
+            return visit(lock, text<std::string>(runtime::vcpu_name(user), " held it for ",
+                                                 human_duration(held), ", and ", counted));
         }
     });
 }

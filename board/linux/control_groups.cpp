@@ -41,11 +41,23 @@ std::optional<std::int64_t> number_in(const std::string& path) {
     return whole_number<std::int64_t>(text_of_file(path));
 }
 
-/// Version 1: "-1" is none. Version 2: "max 100000".
-bool has_quota(const std::string& folder) {
+/// Version 1: "-1" is none. Version 2: "max 100000" is, and "10000 100000" is 10 ms in 100 ms.
+std::optional<CpuQuota> quota_of(const std::string& folder) {
     const std::string second = text_of_file(folder + "/cpu.max");
-    if (!second.empty()) return !second.starts_with("max");
-    return number_in(folder + "/cpu.cfs_quota_us").value_or(-1) > 0;
+    std::string_view rest = second;
+    const auto runtime =
+        second.empty() ? number_in(folder + "/cpu.cfs_quota_us") : whole_number<std::int64_t>(cut(rest, ' '));
+    const auto period =
+        second.empty() ? number_in(folder + "/cpu.cfs_period_us") : whole_number<std::int64_t>(rest);
+    if (!runtime || *runtime <= 0) return std::nullopt;
+    // 100 ms is the kernel's own where none is written (kernel/sched/fair.c).
+    return CpuQuota{folder + (second.empty() ? "/cpu.cfs_quota_us" : "/cpu.max"), *runtime * 1us,
+                    period.value_or(100'000) * 1us};
+}
+
+template <typename Share>
+double part_of(const Share& share) {
+    return to_seconds(share.runtime) / to_seconds(share.period);
 }
 
 }  // namespace
@@ -110,9 +122,16 @@ std::optional<RealTimeGroup> real_time_group(const std::string& root) {
         const auto runtime = number_in(file), period = number_in(folder + "/cpu.rt_period_us");
         if (!runtime || !period || *runtime < 0 || *period <= *runtime) continue;
         const RealTimeGroup group{file, *runtime * 1us, *period * 1us};
-        if (!tightest || to_seconds(group.runtime) / to_seconds(group.period) <
-                             to_seconds(tightest->runtime) / to_seconds(tightest->period))
-            tightest = group;
+        if (!tightest || part_of(group) < part_of(*tightest)) tightest = group;
+    }
+    return tightest;
+}
+
+std::optional<CpuQuota> cpu_quota(const std::string& root) {
+    std::optional<CpuQuota> tightest;
+    for (const std::string& folder : groups_with(root, "cpu", "cpu.stat")) {
+        const std::optional<CpuQuota> quota = quota_of(folder);
+        if (quota && (!tightest || part_of(*quota) < part_of(*tightest))) tightest = quota;
     }
     return tightest;
 }
@@ -120,7 +139,7 @@ std::optional<RealTimeGroup> real_time_group(const std::string& root) {
 std::optional<Nanoseconds> kept_waiting_by_quota(const std::string& root) {
     std::optional<Nanoseconds> longest;
     for (const std::string& folder : groups_with(root, "cpu", "cpu.stat")) {
-        if (!has_quota(folder)) continue;
+        if (!quota_of(folder)) continue;
         const std::string lines = text_of_file(folder + "/cpu.stat");
         const Nanoseconds waited{value_of(lines, "throttled_time") +
                                  value_of(lines, "throttled_usec") * 1000};

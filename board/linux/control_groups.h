@@ -48,6 +48,15 @@ struct RealTimeGroup {
 /// The tightest. Nothing: the kernel was built without such shares, or no group limits them.
 [[nodiscard]] std::optional<RealTimeGroup> real_time_group(const std::string& root = "");
 
+/// What a group leaves to ordinary tasks.
+struct CpuQuota {
+    std::string file;  ///< cpu.cfs_quota_us or cpu.max of that group
+    Nanoseconds runtime{};
+    Nanoseconds period{};
+};
+/// The tightest. Nothing: no group around this process has one.
+[[nodiscard]] std::optional<CpuQuota> cpu_quota(const std::string& root = "");
+
 /// How long quotas have kept ordinary tasks of this process's groups waiting, on all cores in sum.
 /// Nothing: no group around it has a quota.
 [[nodiscard]] std::optional<Nanoseconds> kept_waiting_by_quota(const std::string& root = "");

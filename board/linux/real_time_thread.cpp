@@ -77,13 +77,22 @@ Result<timer_t> make_thread_timer(int signal) {
 
 void wake_on_time() { ::prctl(PR_SET_TIMERSLACK, 1, 0, 0, 0); }
 
-FixedString<160> why_no_real_time(const std::string& root) {
+FixedString<200> why_no_real_time(const std::string& root) {
+    FixedString<200> why;
+    write(why, "no SCHED_FIFO");
+    if (const auto quota = cpu_quota(root)) {
+        write(why, ", and a quota of ", quota->runtime / 1us, " of ", quota->period / 1us, " us (",
+              quota->file.substr(quota->file.find_last_of('/') + 1), ')');
+    }
     const auto group = real_time_group(root);
     if (group && group->runtime == Nanoseconds{0}) {
-        return "no SCHED_FIFO: cpu.rt_runtime_us of its control group is 0 (`qduino doctor` names it): "
-               "write a share there, or docker run --cpu-rt-runtime";
+        write(why,
+              ": cpu.rt_runtime_us of its control group is 0 (`qduino doctor` names it): write a share "
+              "there, or docker run --cpu-rt-runtime");
+    } else {
+        write(why, ": run as root, or allow it with `ulimit -r 99` or CAP_SYS_NICE");
     }
-    return "no SCHED_FIFO: run as root, or allow it with `ulimit -r 99` or CAP_SYS_NICE";
+    return why;
 }
 
 namespace {

@@ -47,8 +47,9 @@ Result<timer_t> make_thread_timer(int signal);
 /// wake-ups. An ordinary thread inherits that time from whoever started the program
 /// (PR_SET_TIMERSLACK of prctl(2)); a real-time one has none.
 void wake_on_time();
-/// Why become_real_time() is refused here, and the cure. `root` precedes /proc (tests).
-[[nodiscard]] FixedString<160> why_no_real_time(const std::string& root = "");
+/// Why become_real_time() is refused here, and the cure; and the quota that an ordinary task has
+/// here. `root` precedes /proc (tests).
+[[nodiscard]] FixedString<200> why_no_real_time(const std::string& root = "");
 /// RLIMIT_RTTIME: a real-time thread that has computed for so long without a wait dies by SIGKILL.
 /// Lifts the limit where that is allowed. Error: out_of_range, when what stays is shorter than
 /// `longest`, and this process may have real-time threads.

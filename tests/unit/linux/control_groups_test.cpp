@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "board/linux/overheads.h"
+#include "board/linux/real_time_thread.h"
 #include "sched/admission.h"
 #include "tests/unit/linux/fake_machine.h"
 
@@ -92,6 +93,14 @@ TEST(ControlGroups, AQuotaIsSeenInBothVersions) {
     machine.put("/sys/fs/cgroup/cpu/house/room/cpu.stat",
                 "nr_periods 9\nnr_throttled 8\nthrottled_time 1500000000");
     EXPECT_EQ(kept_waiting_by_quota(machine.root()), 1500ms);
+    EXPECT_EQ(cpu_quota(machine.root())->period, 100ms) << "the kernel's own";
+    machine.put("/sys/fs/cgroup/cpu/house/cpu.stat", "throttled_time 0");
+    machine.put("/sys/fs/cgroup/cpu/house/cpu.cfs_quota_us", "4000");
+    machine.put("/sys/fs/cgroup/cpu/house/cpu.cfs_period_us", "50000");
+    EXPECT_EQ(cpu_quota(machine.root())->runtime, 4ms) << "8 % is less than 10 %";
+    EXPECT_TRUE(why_no_real_time(machine.root())
+                    .view()
+                    .starts_with("no SCHED_FIFO, and a quota of 4000 of 50000 us (cpu.cfs_quota_us): "));
 
     FakeMachine second;
     second.put("/proc/self/cgroup", "0::/box");
@@ -99,8 +108,10 @@ TEST(ControlGroups, AQuotaIsSeenInBothVersions) {
     second.put("/sys/fs/cgroup/box/cpu.max", "max 100000");
     second.put("/sys/fs/cgroup/box/cpu.stat", "usage_usec 5\nnr_throttled 2\nthrottled_usec 30000");
     EXPECT_FALSE(kept_waiting_by_quota(second.root()));
+    EXPECT_FALSE(cpu_quota(second.root()));
     second.put("/sys/fs/cgroup/box/cpu.max", "10000 100000");
     EXPECT_EQ(kept_waiting_by_quota(second.root()), 30ms);
+    EXPECT_EQ(cpu_quota(second.root())->runtime, 10ms);
 }
 
 TEST(ControlGroups, ACpusetNamesItsCores) {
