@@ -69,6 +69,7 @@ class Work {
         }
         const Result<bool> made = run_step(step);
         const std::lock_guard lock{speaking_};
+        if (made && !*made && step.may_fail) return;
         if (!made || !*made) given_up_ = true;
         if (!made) {
             if (!error_) error_ = made.error();

@@ -25,6 +25,8 @@ struct BuildStep {
     std::filesystem::path depfile;  ///< empty: none
     /// Further words of the command, which may differ from run to run without making it again.
     std::vector<std::string> unrecorded = {};
+    /// Others go on when it says no, and what its program said is kept for later.
+    bool may_fail = false;
 };
 
 /// True when the output stands, was made by the same command, and nothing that went into it has

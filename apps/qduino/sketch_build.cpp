@@ -4,6 +4,8 @@
 #include <sys/file.h>
 
 #include <algorithm>
+#include <cstdio>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <system_error>
@@ -39,6 +41,30 @@ void name_missing_headers(const std::vector<BuildStep>& compiled) {
     }
 }
 
+/// Some libraries have a file for each chip, and one of them is for registers that this board has
+/// not. Nobody misses it, unless the sketch needs what stands there: then its errors are the cause.
+void say_left_out(const std::vector<BuildStep>& compiled, bool is_missed) {
+    for (const BuildStep& step : compiled) {
+        if (fs::exists(step.output)) continue;
+        if (is_missed) std::fputs(without_colours(text_of(step.output.string() + ".log")).c_str(), stderr);
+        say(step.title + " failed: " +
+            (is_missed ? "it is left out, and the sketch needs it.\n"
+                       : "it is left out. The sketch does not need it.\n"));
+    }
+    if (is_missed) name_missing_headers(compiled);
+}
+
+Result<posix::UniqueFd> lock_folder(const fs::path& folder) {
+    std::error_code failed;
+    fs::create_directories(folder, failed);
+    posix::UniqueFd lock{::open((folder / ".lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644)};
+    if (failed || !lock.valid() || ::flock(lock.get(), LOCK_EX) != 0) {
+        return make_error(ErrorCode::not_permitted,
+                          "cannot write here; set XDG_CACHE_HOME to a folder of yours: ", folder.native());
+    }
+    return lock;
+}
+
 }  // namespace
 
 Result<SketchBuild> SketchBuild::open(Sdk sdk, Sketch sketch, const BuildEnvironment& environment) {
@@ -52,6 +78,7 @@ Result<SketchBuild> SketchBuild::open(Sdk sdk, Sketch sketch, const BuildEnviron
     Words key{build.sketch_.folder.string(), build.sketch_.name, build.sdk_.file.string()};
     for (const Words* words : {&tools.compile.cpp, &tools.compile.c, &tools.compile.assembler, &tools.link})
         append(key, *words);
+    build.root_ = root;
     build.folder_ = root / (build.sketch_.name + "-" + hash_of(key));
     build.generated_ = build.folder_ / "sketch.ino.cpp";
     return build;
@@ -70,15 +97,36 @@ fs::path SketchBuild::object_of(const fs::path& source) const {
     return object;
 }
 
-Result<posix::UniqueFd> SketchBuild::lock() const {
-    std::error_code failed;
-    fs::create_directories(folder_, failed);
-    posix::UniqueFd lock{::open((folder_ / ".lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644)};
-    if (failed || !lock.valid() || ::flock(lock.get(), LOCK_EX) != 0) {
-        return make_error(ErrorCode::not_permitted,
-                          "cannot write here; set XDG_CACHE_HOME to a folder of yours: ", folder_.native());
+Result<posix::UniqueFd> SketchBuild::lock() const { return lock_folder(folder_); }
+
+bool SketchBuild::is_shared(const Library& library) const {
+    return *library.code.lexically_relative(sketch_.folder).begin() == "..";
+}
+
+fs::path SketchBuild::shared_folder(const Library& library, const Words& further) const {
+    Words key{library.folder.string(), sdk_.file.string()};
+    for (const Words* words : {&tools_.compile.cpp, &tools_.compile.c, &tools_.compile.assembler, &further}) {
+        for (const std::string& word : *words) {
+            if (word != tools_.own_headers) key.push_back(word);
+        }
     }
-    return lock;
+    return root_ / "libraries" / (library.folder.filename().string() + "-" + hash_of(key));
+}
+
+/// In the order of their paths: two builds that need the same two wait for each other only in turn.
+Result<std::vector<posix::UniqueFd>> SketchBuild::lock_shared(const std::vector<Library>& libraries) const {
+    Words further = include_words(libraries);
+    further.emplace_back("-w");
+    std::set<fs::path> folders;
+    for (const Library& library : libraries) {
+        if (is_shared(library)) folders.insert(shared_folder(library, further));
+    }
+    std::vector<posix::UniqueFd> held;
+    for (const fs::path& folder : folders) {
+        QDUINO_TRY_ASSIGN(posix::UniqueFd lock, lock_folder(folder));
+        held.push_back(std::move(lock));
+    }
+    return held;
 }
 
 Result<int> SketchBuild::make(const std::vector<BoardKind>& boards, bool verbose) const {
@@ -138,12 +186,13 @@ Result<std::vector<Library>> SketchBuild::libraries() const {
     return std::move(found.libraries);
 }
 
-BuildStep SketchBuild::compiling(const fs::path& source, const std::string& title,
+BuildStep SketchBuild::compiling(const fs::path& source, const fs::path& object, const std::string& title,
                                  const Words& further) const {
-    const fs::path object = object_of(source);
+    // The three files of the tool that stands before the compilers.
+    const fs::path& tool = sdk_.as_arduino;
     BuildStep step{.title = "Compiling " + title,
                    .command = tools_.compile.for_source(source),
-                   .inputs = {source, sdk_.as_arduino},
+                   .inputs = {source, tool, tool.parent_path() / "own_names.py", sdk_.ino_to_cpp},
                    .output = object,
                    .depfile = object};
     step.depfile += ".d";
@@ -152,17 +201,33 @@ BuildStep SketchBuild::compiling(const fs::path& source, const std::string& titl
     return step;
 }
 
+/// What many sketches share sees no header of one of them, as with the Arduino builder.
+std::vector<BuildStep> SketchBuild::compiling_library(const Library& library, const Words& further) const {
+    std::vector<BuildStep> steps;
+    const bool shared = is_shared(library);
+    const fs::path folder = shared ? shared_folder(library, further) : fs::path{};
+    for (const fs::path& source : library.sources()) {
+        const std::string within = source.lexically_relative(library.code).string();
+        const fs::path object = shared ? folder / (within + ".o") : object_of(source);
+        steps.push_back(compiling(source, object, library.name + ": " + within, further));
+        if (shared) std::erase(steps.back().command, tools_.own_headers);
+        steps.back().may_fail = true;
+    }
+    return steps;
+}
+
 std::vector<BuildStep> SketchBuild::compiling_all(const std::vector<Library>& libraries) const {
     Words further = include_words(libraries);
-    std::vector<BuildStep> steps{compiling(generated_, sketch_.name + ".ino", further)};
-    for (const fs::path& source : sketch_.sources)
-        steps.push_back(compiling(source, source.lexically_relative(sketch_.folder).string(), further));
+    std::vector<BuildStep> steps{
+        compiling(generated_, object_of(generated_), sketch_.name + ".ino", further)};
+    for (const fs::path& source : sketch_.sources) {
+        steps.push_back(compiling(source, object_of(source),
+                                  source.lexically_relative(sketch_.folder).string(), further));
+    }
     further.emplace_back("-w");  // its author's business
     for (const Library& library : libraries) {
-        for (const fs::path& source : library.sources()) {
-            const std::string within = source.lexically_relative(library.code).string();
-            steps.push_back(compiling(source, library.name + ": " + within, further));
-        }
+        std::vector<BuildStep> more = compiling_library(library, further);
+        std::ranges::move(more, std::back_inserter(steps));
     }
     return steps;
 }
@@ -176,6 +241,7 @@ Result<BuildStep> SketchBuild::linking(BoardKind board, const std::vector<BuildS
                    .depfile = {}};
     Words objects, ldflags;
     for (const BuildStep& made : compiled) {
+        if (!fs::exists(made.output)) continue;
         step.inputs.push_back(made.output);
         objects.push_back(made.output.string());
     }
@@ -200,19 +266,22 @@ Result<int> SketchBuild::make_locked(const std::vector<BoardKind>& boards, bool 
     QDUINO_TRY_ASSIGN(const int joined, run_all({joining()}, sketch_.name, verbose));
     const posix::UniqueFd headers = tools_.headers ? tools_.headers->make(verbose) : posix::UniqueFd{};
     QDUINO_TRY_ASSIGN(const std::vector<Library> used, libraries());
+    QDUINO_TRY_ASSIGN(const std::vector<posix::UniqueFd> shared, lock_shared(used));
     const std::vector<BuildStep> compile = compiling_all(used);
-    std::vector<BuildStep> link;
-    for (const BoardKind board : boards) {
-        QDUINO_TRY_ASSIGN(BuildStep step, linking(board, compile, used));
-        link.push_back(std::move(step));
-    }
     const Result<int> compiled = run_all(compile, sketch_.name, verbose);
     if (!compiled) {
         name_missing_headers(compile);
         return compiled.error();
     }
-    QDUINO_TRY_ASSIGN(const int linked, run_all(link, sketch_.name, verbose));
-    return joined + *compiled + linked;
+    std::vector<BuildStep> link;
+    for (const BoardKind board : boards) {
+        QDUINO_TRY_ASSIGN(BuildStep step, linking(board, compile, used));
+        link.push_back(std::move(step));
+    }
+    const Result<int> linked = run_all(link, sketch_.name, verbose);
+    say_left_out(compile, !linked.ok());
+    if (!linked) return linked.error();
+    return joined + *compiled + *linked;
 }
 
 }  // namespace qduino::apps

@@ -6,8 +6,12 @@
 //     sketch.ino.cpp                   the tabs, joined by tools/ino/ino_to_cpp.py
 //     sketch.ino.cpp.o  filter.cpp.o
 //     scan/                            what was read to find its libraries (library_discovery.h)
-//     libraries/…                      their objects, by the path of the source
+//     libraries/…                      objects of libraries in the sketch's own folder
 //     blink-sim                        a port differs by what it is linked with
+//
+//   ~/.cache/qduino/libraries/Bounce2-7a40…/
+//                                      a library's objects, for all sketches that compile it with
+//                                      the same flags and the same libraries beside it
 #pragma once
 
 #include <filesystem>
@@ -50,9 +54,19 @@ class SketchBuild {
   private:
     SketchBuild(Sdk sdk, Sketch sketch) : sdk_(std::move(sdk)), sketch_(std::move(sketch)) {}
     [[nodiscard]] std::filesystem::path object_of(const std::filesystem::path& source) const;
+    [[nodiscard]] bool is_shared(const Library& library) const;
+    /// Where the objects of a library are that many sketches share, compiled with `further`.
+    [[nodiscard]] std::filesystem::path shared_folder(const Library& library,
+                                                      const std::vector<std::string>& further) const;
+    /// Keeps other builds from these, until what is returned ends.
+    [[nodiscard]] Result<std::vector<posix::UniqueFd>> lock_shared(
+        const std::vector<Library>& libraries) const;
+    [[nodiscard]] std::vector<BuildStep> compiling_library(const Library& library,
+                                                           const std::vector<std::string>& further) const;
     [[nodiscard]] BuildStep joining() const;
     [[nodiscard]] Result<std::vector<Library>> libraries() const;
-    [[nodiscard]] BuildStep compiling(const std::filesystem::path& source, const std::string& title,
+    [[nodiscard]] BuildStep compiling(const std::filesystem::path& source,
+                                      const std::filesystem::path& object, const std::string& title,
                                       const std::vector<std::string>& further) const;
     [[nodiscard]] std::vector<BuildStep> compiling_all(const std::vector<Library>& libraries) const;
     [[nodiscard]] Result<BuildStep> linking(BoardKind board, const std::vector<BuildStep>& compiled,
@@ -63,6 +77,7 @@ class SketchBuild {
     Sdk sdk_;
     Sketch sketch_;
     std::string home_, qduino_libraries_;
+    std::filesystem::path root_;  // of the cache
     std::filesystem::path folder_;
     std::filesystem::path generated_;
     ToolCommands tools_;

@@ -1,5 +1,6 @@
 #include "apps/qduino/tool_commands.h"
 
+#include <algorithm>
 #include <cstdlib>
 
 namespace qduino::apps {
@@ -12,7 +13,9 @@ namespace fs = std::filesystem;
 /// AVR, also where the compiler may assume that it ends.
 /// A `char` is signed on every computer, as on an AVR.
 Words compile_flags(const Sdk& sdk, bool long_32) {
-    Words words{"-O2", "-g1", "-Wall", "-fno-finite-loops", "-fsigned-char", "-fdiagnostics-color=always"};
+    Words words{"-O2", "-g1", "-Wall", "-fno-finite-loops", "-fsigned-char", "-fdiagnostics-color=always",
+                // What nobody calls is left out by the linker, with what it would want in turn.
+                "-ffunction-sections", "-fdata-sections"};
     append(words, sdk.flags);
     append(words, sdk.compiling);
     if (long_32) words.emplace_back("-DQDUINO_LONG_32");
@@ -65,7 +68,7 @@ ToolCommands tool_commands(const Sdk& sdk, const fs::path& folder, const BuildEn
     const Words cxx = environment.cxx.empty() ? sdk.cxx : words_of(environment.cxx);
     const bool long_32 = environment.long_bits != "64";
     const Words flags = compile_flags(sdk, long_32);
-    const std::string own_headers = "-I" + folder.string();
+    const std::string& own_headers = tools.own_headers = "-I" + folder.string();
 
     Words cpp = cxx;
     append(cpp, {"-std=gnu++20", "-fpermissive", "-Wno-error=narrowing"});
@@ -125,6 +128,8 @@ Result<Words> link_command(const ToolCommands& tools, const Sdk::Linking& with, 
     append(command, with.libraries);
     command.emplace_back("-Wl,--end-group");
     append(command, with.options);
+    // As the Arduino builder does. An image's script does not say what is to be kept.
+    if (std::ranges::count(with.options, "-nostdlib") == 0) command.emplace_back("-Wl,--gc-sections");
     append(command, ldflags);
     append(command, {"-o", output.string()});
     return command;

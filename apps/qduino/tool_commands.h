@@ -30,6 +30,7 @@ struct BuildEnvironment {
 
 struct ToolCommands {
     CompileCommands compile;
+    std::string own_headers;  ///< the word of `compile` that names the sketch's folder
     Words link;
     /// To be made before C++ is compiled; none: the compiler does not know such, or has flags of
     /// the user's.

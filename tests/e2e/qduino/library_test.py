@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import os
 import pathlib
 import shutil
 import stat
@@ -9,7 +10,7 @@ import subprocess
 import unittest
 import zipfile
 
-from sketch_case import SketchCase
+from sketch_case import PROGRAM, SketchCase
 
 SKETCH = """
     #include <{0}.h>
@@ -84,6 +85,62 @@ class Libraries(SketchCase):
         self.assertEqual(self.said_by(sketch), "2")
         shutil.rmtree(self.folder / "s/libraries")
         self.assertEqual(self.said_by(sketch), "1")
+
+    def test_a_second_sketch_takes_the_objects_that_the_first_has_made(self):
+        self.library("home/Arduino/libraries", "Both", 1)
+        self.assertIn("Compiling Both: Both.cpp", self.run_qduino("build", self.sketch("Both", "one"), "--only", "sim").stderr)
+        second = self.run_qduino("build", self.sketch("Both", "two"), "--only", "sim").stderr
+        self.assertIn("Compiling two.ino", second)
+        self.assertNotIn("Compiling Both", second)
+        self.assertEqual(self.said_by("two"), "1")
+        # What one sketch says of a library is no other sketch's business.
+        self.write("one/Both.h", "#error of the sketch\n")
+        self.write("home/Arduino/libraries/Both/Both.cpp", "#include <Both.h>\nint Both_answer() { return 2; }\n")
+        self.assertEqual(self.said_by("two"), "2")
+        (self.folder / "one/Both.h").unlink()
+        self.assertNotIn("Compiling Both", self.run_qduino("build", "one", "--only", "sim").stderr)
+        self.assertEqual(self.said_by("one"), "2")
+        other_flags = self.run_qduino("build", "two", "--only", "sim", CXXFLAGS="-DOTHER")
+        self.assertIn("Compiling Both: Both.cpp", other_flags.stderr)
+
+    def test_a_file_of_a_library_that_is_for_another_chip_is_left_out(self):
+        """One driver of many writes a timer's registers. Who uses another one does not need it; who does hears of its errors."""
+        self.library("home/Arduino/libraries", "Many", 5)
+        self.write("home/Arduino/libraries/Many/OfTimer.h", "#pragma once\nint OfTimer_answer();\n")
+        self.write("home/Arduino/libraries/Many/OfTimer.cpp", "int OfTimer_answer() { return TCCR1A; }\n")
+        built = self.run_qduino("build", self.sketch("Many"), "--only", "sim")
+        self.assertIn("Compiling Many: OfTimer.cpp failed: it is left out. The sketch does not need it.", built.stderr)
+        self.assertNotIn("error", built.stderr)
+        self.assertEqual(self.said_by("s"), "5")
+        refused = self.run_qduino("build", self.sketch("OfTimer", "t"), "--only", "sim", status=1)
+        self.assertIn("‘TCCR1A’ was not declared", refused.stderr)
+        self.assertIn("Compiling Many: OfTimer.cpp failed: it is left out, and the sketch needs it.", refused.stderr)
+
+    def test_what_nobody_calls_may_want_what_nobody_has(self):
+        """As with the Arduino builder, whose linker leaves out what is not reached before it looks for names."""
+        self.write("s/s.ino", "extern char nowhere[];\nint unused() { return nowhere[0]; }\n"
+                              "void setup() { Serial.begin(9600); Serial.println(7); }\nvoid loop() { delay(1000); }\n")
+        self.assertEqual(self.said_by("s"), "7")
+        self.run_qduino("build", "s", "--only", "linux")
+
+    def test_a_changed_tool_compiles_anew(self):
+        """Each file of the tool that stands before the compilers: objects that an older one made are not taken."""
+        sdk_file = pathlib.Path(PROGRAM).resolve().parents[1] / "qduino-sdk.json"
+        sdk = json.loads(sdk_file.read_text(encoding="utf-8"))
+        tools = self.folder / "tools"
+        shutil.copytree(pathlib.Path(sdk["as_arduino"]).parent, tools)
+        for tool in ("as_arduino", "ino_to_cpp"):
+            sdk[tool] = str(tools / f"{tool}.py")
+        self.environment["QDUINO_HOME"] = str(self.write("qduino-sdk.json", json.dumps(sdk)))
+        self.library("home/Arduino/libraries", "Plain", 1)
+        sketch = self.sketch("Plain")
+        self.run_qduino("build", sketch, "--only", "sim")
+        for tool in ("as_arduino", "ino_to_cpp", "own_names"):
+            self.assertEqual(self.run_qduino("build", sketch, "--only", "sim").stderr, "Verdict: s is up to date.\n")
+            os.utime(tools / f"{tool}.py")
+            built = self.run_qduino("build", sketch, "--only", "sim").stderr
+            self.assertIn("Compiling s.ino", built, tool)
+            self.assertIn("Compiling Plain: Plain.cpp", built, tool)
 
     def test_a_condition_decides_which_library_is_needed(self):
         self.library("libraries", "First", 1)
