@@ -105,23 +105,25 @@ void Estimator::on_temperature(gcode::Heater heater, Celsius target, std::option
     estimate_.heated_byte = end_offset_;
 }
 
-void Estimator::on_motors_off() {
+void Estimator::on_motors_off(gcode::AxisSet unhomed) {
+    for (const Axis axis : gcode::kToolAxes) let_go_[axis] = let_go_[axis] || unhomed.contains(axis);
     come_to_rest();
     wait_for_release(Activity::dwell);
 }
 
-/// As machine/parking.cpp takes the head out of the part, where the job does not.
+/// As machine/parking.cpp takes the head up and beside the part, where the job does not.
 void Estimator::take_leave() {
     motion::AxisVector at = planner_.position_mm();
-    const auto is_homed = [this](Axis axis) { return !expected_mm_[axis]; };
-    const bool leaves = machine_.park.enabled && printed_.holds(at) &&
+    const auto is_homed = [this](Axis axis) { return !expected_mm_[axis] && !let_go_[axis]; };
+    const bool leaves = machine_.park.enabled && printed_.reaches(at[2]) &&
                         std::ranges::all_of(gcode::kToolAxes, is_homed) &&
                         machine_.kinematics.type != KinematicsType::delta;
     if (!leaves) return;
     const auto inside = [&](double mm, Axis axis) {
         return std::clamp(mm, machine_.axes[axis].minimum.value(), machine_.axes[axis].maximum.value());
     };
-    at[2] = std::max(at[2], inside(at[2] + machine_.park.z_hop.value(), Axis::z));
+    const double up_mm = std::max(at[2] + machine_.park.z_hop.value(), printed_.clear_mm(at[2]));
+    at[2] = std::max(at[2], inside(up_mm, Axis::z));
     bool fits = planner_.append_to(at, machine_.axes[Axis::z].max_speed.value(), accelerations_.travel);
     at[0] = inside(machine_.park.x.value(), Axis::x);
     at[1] = inside(machine_.park.y.value(), Axis::y);
@@ -191,6 +193,7 @@ void Estimator::on_home(gcode::AxisSet axes) {
                 if (!order.switches.contains(axis)) continue;
                 home[axis] = machine_.axes[axis].home_position.value();
                 expected_mm_[axis].reset();
+                let_go_[axis] = false;
             }
             planner_.reset(home);
         }

@@ -33,7 +33,7 @@
 #include "printer/machine/homing.h"
 #include "printer/machine/limits.h"
 #include "printer/machine/motion_pipe.h"
-#include "printer/machine/printed_box.h"
+#include "printer/machine/printed_top.h"
 #include "printer/motion/planner.h"
 #include "printer/preflight/move_sink.h"
 #include "printer/probe_grid.h"
@@ -85,7 +85,7 @@ class Estimator final : public preflight::MoveSink {
     void on_temperature(gcode::Heater heater, Celsius target, std::optional<gcode::WaitFor> wait) override;
     void on_limits(const gcode::LimitChange& change) override;
     void on_pause() override { come_to_rest(); }
-    void on_motors_off() override;
+    void on_motors_off(gcode::AxisSet unhomed) override;
     void on_end(std::uint64_t bytes) override;
 
   private:
@@ -133,7 +133,8 @@ class Estimator final : public preflight::MoveSink {
     std::uint64_t taken_ = 0;
     /// Of an axis that has not been homed: its place as expected, less the believed one.
     PerAxis<std::optional<double>> expected_mm_{};
-    machine::PrintedBox printed_;
+    PerAxis<bool> let_go_{};  ///< its motor went off, and it has not been homed since
+    machine::PrintedTop printed_;
     std::uint32_t layer_ = 0;
     std::uint64_t end_offset_ = 0;
     FilterTimes filters_{};

@@ -26,7 +26,7 @@
 #include "printer/machine/motion_pipe.h"
 #include "printer/machine/motors.h"
 #include "printer/machine/places.h"
-#include "printer/machine/printed_box.h"
+#include "printer/machine/printed_top.h"
 #include "printer/machine/speaker.h"
 
 namespace qduino::printer::machine {
@@ -69,7 +69,7 @@ class JobActions final : public gcode::Actions {
     void pass(const Place& place);
 
     /// Of the job in hand, or the last one.
-    [[nodiscard]] PrintedBox& printed() { return printed_; }
+    [[nodiscard]] PrintedTop& printed() { return printed_; }
     /// A move has pieces left: go_on() before anything else is read.
     [[nodiscard]] bool has_rest() const { return rest_.has_value(); }
     /// Hands on the next piece. Contract: has_rest(), not away, and the planner has room.
@@ -146,7 +146,7 @@ class JobActions final : public gcode::Actions {
     Parts parts_;
     std::optional<Request> request_;
     std::optional<Rest> rest_;
-    PrintedBox printed_;
+    PrintedTop printed_;
     Speaker speaker_ = Speaker::job;
     FixedVector<std::size_t, 64> said_{};  // hashes of notes
     std::uint64_t said_by_job_ = 0;

@@ -110,15 +110,15 @@ void Machine::plan(Instant now) {
     publish(now);
 }
 
-/// A job that ends, fails or is cancelled leaves no heat, and no nozzle in the part. One that has
-/// only heated was wanted for that: the idle watch looks after its heat. True: the head goes out of
-/// the part; the job ends when it has. Contract: everything rests.
+/// A job that ends, fails or is cancelled leaves no heat, and no nozzle below the top of the part.
+/// One that has only heated was wanted for that: the idle watch looks after its heat. True: the
+/// head goes up and beside the part; the job ends when it has. Contract: everything rests.
 bool Machine::takes_leave() {
     if (!actions_.printed().empty()) heating_.all_off();
     const bool may = config_.park.enabled && homing_.all_homed() && !pipe_.stops().running();
-    if (!job_.running() || !may || !actions_.printed().holds(pipe_.asked_mm())) return false;
+    if (!job_.running() || !may || !actions_.printed().reaches(pipe_.asked_mm()[2])) return false;
     const bool rests = pipe_.come_to_rest();
-    if (rests) parking_.take_leave();
+    if (rests) parking_.take_leave(actions_.printed());
     return rests;
 }
 
@@ -225,7 +225,7 @@ void Machine::advance_hold() {
     if (pausing && parking_.waits_for_end()) return;
     if (!pipe_.come_to_rest()) return;
     if (pausing) {
-        if (!parking_.leave(job_.interpreter(), homing_)) {
+        if (!parking_.leave(job_.interpreter(), homing_, actions_.printed())) {
             link_.say(ReplyKind::warning,
                       "paused where the head stands: it parks only when all axes have been homed");
         }

@@ -37,7 +37,8 @@ bool Parking::defers_resume() {
 
 // ---- away ---------------------------------------------------------------------------------------
 
-bool Parking::leave(const gcode::Interpreter& path, const HomingRun& homing) {
+bool Parking::leave(const gcode::Interpreter& path, const HomingRun& homing, const PrintedTop& printed) {
+    printed_ = printed;
     heating_.keep_targets();
     pipe_.depart();
     left_ = {.steps = pipe_.seen().steps};
@@ -51,9 +52,11 @@ bool Parking::leave(const gcode::Interpreter& path, const HomingRun& homing) {
     return parks || !config_.park.enabled;
 }
 
-/// Z above `at`, by the hop: a delta's carriages may have less room there.
+/// Z above `at`, by the hop, and over what is printed: a delta's carriages may have less room
+/// there.
 double Parking::lifted(const motion::AxisVector& at) const {
-    const double z = at[2] + order_.lift.value_or(config_.park.z_hop).value();
+    const double hop = order_.lift.value_or(config_.park.z_hop).value();
+    const double z = std::max(at[2] + hop, printed_.clear_mm(at[2]));
     if (kinematics_.is_linear()) return z;
     const Millimetres x = order_.x.value_or(config_.park.x), y = order_.y.value_or(config_.park.y);
     return std::min({z, kinematics_.ceiling(at[0], at[1]), kinematics_.ceiling(x.value(), y.value())});
@@ -100,7 +103,8 @@ void Parking::plan_parking(motion::AxisVector& at) {
     }
 }
 
-void Parking::take_leave() {
+void Parking::take_leave(const PrintedTop& printed) {
+    printed_ = printed;
     order_ = {};
     if (pipe_.away()) {
         pipe_.planner().discard_held();

@@ -29,6 +29,7 @@
 #include "printer/machine/homing_run.h"
 #include "printer/machine/motion_pipe.h"
 #include "printer/machine/motors.h"
+#include "printer/machine/printed_top.h"
 
 namespace qduino::printer::machine {
 
@@ -72,12 +73,13 @@ class Parking {
 
     // ---- away and back --------------------------------------------------------------------------
 
-    /// The head leaves the path. Contract: the path is held and at rest. False: the head stays
-    /// there, because not all axes are homed.
-    [[nodiscard]] bool leave(const gcode::Interpreter& path, const HomingRun& homing);
+    /// The head leaves the path, over what is `printed`. Contract: the path is held and at rest.
+    /// False: the head stays there, because not all axes are homed.
+    [[nodiscard]] bool leave(const gcode::Interpreter& path, const HomingRun& homing,
+                             const PrintedTop& printed);
     /// The head leaves the path, or where it is beside it, and does not come back: the job is over.
     /// Contract: the motion is held and at rest, and all axes are homed.
-    void take_leave();
+    void take_leave(const PrintedTop& printed);
     /// It is on its way.
     [[nodiscard]] bool takes_leave() const { return phase_ == Phase::taking_leave; }
     /// Waits for a person here.
@@ -145,6 +147,7 @@ class Parking {
     Phase phase_ = Phase::on_path;
     gcode::PauseOrder order_{};
     Left left_;
+    PrintedTop printed_;          ///< what the head must go over, as of when it left
     bool resume_wanted_ = false;  // as soon as it is parked
     bool at_end_ = false;
 };

@@ -42,8 +42,9 @@ class MoveSink {
     virtual void on_limits(const gcode::LimitChange& /*change*/) {}
     /// The motion comes to rest: a pause.
     virtual void on_pause() {}
-    /// Motors go off. Nothing more is read before that.
-    virtual void on_motors_off() {}
+    /// Motors go off. Nothing more is read before that. `unhomed`: nobody knows where these are
+    /// then.
+    virtual void on_motors_off(gcode::AxisSet /*unhomed*/) {}
     /// The job has ended. `bytes` is its length.
     virtual void on_end(std::uint64_t /*bytes*/) {}
 };

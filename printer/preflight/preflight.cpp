@@ -316,12 +316,14 @@ Result<void> Preflight::pause(const gcode::PauseOrder&) {
 }
 
 Result<void> Preflight::motors_off(gcode::AxisSet axes) {
+    gcode::AxisSet unhomed;
     for (const Axis axis : gcode::kToolAxes) {
         if (!was_homed_[axis] || !kinematics_.shares_motor(axis, axes)) continue;
         was_homed_[axis] = false;
         let_go_[axis] = true;
+        unhomed.add(axis);
     }
-    for (MoveSink* sink : sinks_) sink->on_motors_off();
+    for (MoveSink* sink : sinks_) sink->on_motors_off(unhomed);
     return {};
 }
 
@@ -359,7 +361,7 @@ void Preflight::check_end() {
     if (!hot && !bed) return;
     add_warning(
         text("the file ends with the ", hot ? "hot end" : "bed", hot && bed ? " and the bed" : "", " on"),
-        "The printer switches them off, and takes the head out of the part.");
+        "The printer switches off what is on, and lifts the head above the part.");
 }
 
 Finding Preflight::finding(std::string_view message, std::string_view advice) const {

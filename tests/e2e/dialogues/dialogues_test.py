@@ -135,22 +135,34 @@ class Endings(Case):
     def warnings_of(self, job):
         return " ".join(warning["message"] for warning in job["facts"]["warnings"])
 
+    def assert_the_head_is_out_of_the_way(self):
+        """Above the part, and beside it."""
+        machine = self.printd.machine()
+        self.assertEqual(machine["hot_end"]["target_c"], 0)
+        self.assertGreater(machine["position_mm"]["z"], 2, "up")
+        self.assertFalse(30 <= machine["position_mm"]["x"] <= 90 and machine["position_mm"]["y"] == 30, machine["position_mm"])
+
     def test_a_file_that_was_cut_off_is_remarked_and_left_cold(self):
         job = self.start(START + "G1 X90 E1 F1200\nG1 X30 E1\nG1 X6")
         self.assertIn("cut off", self.warnings_of(job))
         self.assertIn("ends with the hot end on", self.warnings_of(job))
         self.finish(job)
-        self.assertEqual(self.printd.machine()["hot_end"]["target_c"], 0)
+        # Its last move leads beside the part: from there the next one could lead through it.
+        self.assert_the_head_is_out_of_the_way()
+
+    def test_a_cancelled_print_leaves_no_nozzle_in_the_part(self):
+        job = self.start(there_and_back(40, 600))
+        self.wait_for_line(job, START.count("\n") + 3)
+        self.assertEqual(self.printd.request("POST", "/api/v1/machine/cancel")[0], 202)
+        self.printd.wait_for_job(job["id"], "cancelled", 60)
+        self.assert_the_head_is_out_of_the_way()
 
     def test_a_file_without_an_end_leaves_no_nozzle_in_the_part(self):
         job = self.start(START + "G1 X90 E1 F1200\n")
         self.assertNotIn("cut off", self.warnings_of(job))
         self.assertIn("ends with the hot end on", self.warnings_of(job))
         self.finish(job)
-        machine = self.printd.machine()
-        self.assertEqual(machine["hot_end"]["target_c"], 0)
-        self.assertGreater(machine["position_mm"]["z"], 2, "up")
-        self.assertFalse(30 <= machine["position_mm"]["x"] <= 90 and machine["position_mm"]["y"] == 30, machine["position_mm"])
+        self.assert_the_head_is_out_of_the_way()
 
 
 class WhileItPrints(Case):

@@ -70,7 +70,7 @@ class FileJudge final : public preflight::MoveSink {
         if (wait) rest();
     }
     void on_pause() override { rest(); }
-    void on_motors_off() override { rest(); }
+    void on_motors_off(gcode::AxisSet) override { rest(); }
     void on_end(std::uint64_t) override { rest(); }
 
   private:

@@ -1,6 +1,9 @@
 // However a job ends, it leaves the part and no heat; the twin judges the part alone.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "printer/estimate/estimator.h"
 #include "printer/preflight/preflight.h"
 #include "tests/scenario/printer/printer_bench.h"
@@ -53,6 +56,84 @@ TEST(Ending, AJobWithoutAnEndCodeLeavesThePartAndMatches) {
     ASSERT_TRUE(bench.run_until([&] { return bench.status().job_id == 2; }, 10));
     ASSERT_TRUE(bench.finish_job());
     EXPECT_EQ(bench.status().outcome, JobOutcome::completed) << bench.fault();
+}
+
+TEST(Ending, BesideThePartTheHeadIsTooLowAsWell) {
+    // A file that was cut off in a travel: whatever moves the head next may go through the part.
+    PrinterBench bench;
+    ASSERT_TRUE(bench.begin());
+    bench.job(kWithoutEnd + "G1 X6 F6000\n");
+    ASSERT_TRUE(bench.finish_job());
+    EXPECT_EQ(bench.status().outcome, JobOutcome::completed) << bench.fault();
+    expect_left(bench);
+    EXPECT_TRUE(bench.report().matches);
+}
+
+/// One object after the other: the first is higher than the way up from the second.
+const std::string kBesideATallOne =
+    "G28\nM83\nM109 S200\nG1 X20 Y140 Z12 F6000\nG1 X30 E1 F1200\nG1 Z15 F600\nG1 X60 Y60 F6000\nG1 Z0.3 "
+    "F600\n";
+
+/// Runs until `done`; the head goes sideways only at Z `low_mm`, or over the tall object.
+template <typename Done>
+void expect_over_the_tall_one(PrinterBench& bench, double low_mm, Done done) {
+    auto before = bench.metal().position_mm;
+    const auto looked = [&] {
+        const auto at = bench.metal().position_mm;
+        const bool sideways = std::hypot(at[0] - before[0], at[1] - before[1]) > 0.02;
+        const bool low = at[2] > low_mm + 0.01 && std::max(at[2], before[2]) < 13 - 0.01;
+        if (sideways && low) {
+            ADD_FAILURE() << "X " << at[0] << " Y " << at[1] << " at Z " << at[2];
+            return true;
+        }
+        before = at;
+        return done();
+    };
+    ASSERT_TRUE(bench.run_until(looked, 120));
+}
+
+TEST(Ending, TheWayOutGoesOverWhatStandsHigher) {
+    PrinterBench bench;
+    ASSERT_TRUE(bench.begin());
+    bench.job(kBesideATallOne + "G1 X80 E1 F1200\n");
+    ASSERT_TRUE(bench.run_until([&] { return bench.metal().position_mm[0] > 70; }, 600));
+    expect_over_the_tall_one(bench, 0.3, [&] { return bench.status().outcome != JobOutcome::running; });
+    EXPECT_NEAR(bench.metal().position_mm[2], 13, 0.01);
+    EXPECT_NEAR(bench.status().print_time_s, estimate_of(kBesideATallOne + "G1 X80 E1 F1200\n"),
+                0.01 * bench.status().print_time_s);
+    EXPECT_TRUE(bench.report().matches);
+}
+
+TEST(Ending, SoDoesAPauseAndItsWayBack) {
+    PrinterBench bench;
+    ASSERT_TRUE(bench.begin());
+    bench.job(kBesideATallOne + "G1 X80 E1 F600\nG1 X60 E1\nG1 Z20 F600\n");
+    ASSERT_TRUE(bench.run_until(
+        [&] { return bench.metal().position_mm[2] < 0.31 && bench.metal().position_mm[0] > 65; }, 600));
+    bench.command(link::Command::pause);
+    expect_over_the_tall_one(bench, 0.3, [&] { return bench.status().state == link::MachineState::paused; });
+    EXPECT_NEAR(bench.metal().position_mm[2], 13, 0.01);
+    bench.command(link::Command::resume);
+    expect_over_the_tall_one(bench, 0.3, [&] { return bench.status().excursions == 1; });
+    ASSERT_TRUE(bench.finish_job());
+    EXPECT_EQ(bench.status().outcome, JobOutcome::completed) << bench.fault();
+    EXPECT_TRUE(bench.report().matches);
+}
+
+TEST(Ending, WithItsMotorsOffTheHeadStaysWhereItIs) {
+    PrinterBench bench;
+    ASSERT_TRUE(bench.begin());
+    const std::string text = kWithoutEnd + "M84\n";
+    bench.job(text);
+    ASSERT_TRUE(bench.finish_job());
+    EXPECT_EQ(bench.status().outcome, JobOutcome::completed) << bench.fault();
+    EXPECT_NEAR(bench.metal().position_mm[2], 0.3, 0.01) << "nobody knows where it is";
+    EXPECT_EQ(bench.heat().hot_end.target_celsius, 0);
+    EXPECT_NEAR(bench.status().print_time_s, estimate_of(text), 0.005 * bench.status().print_time_s);
+    bench.job("G28\nM18 E\n" + kWithoutEnd, 2);
+    ASSERT_TRUE(bench.run_until([&] { return bench.status().job_id == 2; }, 10));
+    ASSERT_TRUE(bench.finish_job());
+    expect_left(bench);
 }
 
 TEST(Ending, AnEndCodeThatLeavesThePartIsEnough) {
