@@ -105,7 +105,8 @@ std::string Proxies::last_stranger(const RequestHead& head, const std::string& p
 Client Proxies::client_of(const RequestHead& head, const Peer& peer) const {
     Client client;
     client.secure = peer.secure;
-    client.host = head.value("Host");
+    const std::string* const host = head.find("Host");
+    client.host = host ? *host : peer.reached;
     if (!trusts(canonical(peer.address))) {
         client.name = limited_name_of(peer.address);
         return client;

@@ -24,6 +24,8 @@ namespace qduino::web {
 struct Peer {
     std::string address;  ///< as numbers; an IPv4 address in its own form
     bool secure = false;  ///< TLS
+    /// Where he has come to, `host:port`: the name that he calls when he says none (HTTP/1.0).
+    std::string reached = "localhost";
 };
 
 /// True for an IPv4 or IPv6 address as numbers, without brackets or port.

@@ -75,7 +75,9 @@ class RequestReader::Parser final : public http::basic_parser<true> {
         head.upgrades_to_websocket =
             upgrade() && equal_ignoring_case(trimmed(head.value("Upgrade")), "websocket");
         const auto is_host = [](const Header& header) { return equal_ignoring_case(header.name, "Host"); };
-        if (std::ranges::count_if(head.headers, is_host) != 1) code = http::error::bad_field;
+        // HTTP/1.0 needs none. No browser speaks it, so no page of another site is behind it.
+        const auto hosts = std::ranges::count_if(head.headers, is_host);
+        if (hosts > 1 || (hosts == 0 && !is_old_)) code = http::error::bad_field;
         check_coding(code);
     }
 

@@ -261,6 +261,15 @@ class Session : public std::enable_shared_from_this<Session> {
     }
 
   private:
+    /// The address and port that the client has connected to, as a Host field has them.
+    [[nodiscard]] std::string reached() const {
+        error_code failed;
+        const tcp::endpoint local = wire_.socket.local_endpoint(failed);
+        if (failed) return "localhost";
+        const asio::ip::address address = plain_address(local.address());
+        const std::string name = address.to_string();
+        return (address.is_v6() ? "[" + name + "]" : name) + ":" + std::to_string(local.port());
+    }
     void tell_door() {
         if (std::exchange(known_, connection_->is_known()) != connection_->is_known())
             server_.drop(server_.door.set_known(id_, connection_->is_known()));
@@ -271,7 +280,7 @@ class Session : public std::enable_shared_from_this<Session> {
     void begin() {
         std::weak_ptr<Session> weak = weak_from_this();
         connection_ = std::make_shared<Connection>(
-            server_.service, Peer{peer_.to_string(), wire_.tls != nullptr},
+            server_.service, Peer{peer_.to_string(), wire_.tls != nullptr, reached()},
             [weak] {
                 if (const std::shared_ptr<Session> self = weak.lock()) self->pump();
             },

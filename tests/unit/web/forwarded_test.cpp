@@ -70,6 +70,21 @@ TEST(Proxies, WhatIsDoubledOrMalformedCountsForNothing) {
 
 using ForwardedTest = WebTest;
 
+TEST_F(ForwardedTest, WhoSaysNoHostHasCalledTheAddressThatHeCameTo) {
+    const Client client = Proxies{}.client_of({}, {.address = "192.0.2.7", .reached = "192.0.2.1:8080"});
+    EXPECT_EQ(client.address(), "http://192.0.2.1:8080");
+    // An empty one is said, and is no name of ours.
+    RequestHead empty;
+    empty.headers.push_back({"Host", ""});
+    EXPECT_EQ(Proxies{}.client_of(empty, {.address = "192.0.2.7"}).host, "");
+    const std::string key = std::string{"X-Api-Key: "} + kKey + "\r\n";
+    EXPECT_EQ(send("GET /api/version HTTP/1.0\r\n" + key + "\r\n").status, 200);
+    EXPECT_EQ(send("GET /api/version HTTP/1.0\r\n\r\n").status, 401);
+    EXPECT_EQ(send("GET /api/version HTTP/1.0\r\nHost: evil.example\r\n" + key + "\r\n").status, 403);
+    EXPECT_EQ(send("GET /api/version HTTP/1.0\r\nHost: \r\n" + key + "\r\n").status, 403);
+    EXPECT_EQ(send("GET /api/version HTTP/1.1\r\n" + key + "\r\n").status, 400);
+}
+
 std::string login_with(const std::string& key, const std::string& fields) {
     const std::string body = R"({"key":")" + key + "\"}";
     return "POST /api/v1/session HTTP/1.1\r\nHost: printer.local\r\n" + fields +

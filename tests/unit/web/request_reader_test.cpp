@@ -86,6 +86,7 @@ TEST(RequestReader, RefusesWhatIsAmbiguousOrMalformed) {
              // No Host.
              "GET / HTTP/1.1\r\n\r\n",
              "GET / HTTP/1.1\r\nHost: a\r\nHost: b\r\n\r\n",  // two
+             "GET / HTTP/1.0\r\nHost: a\r\nHost: b\r\n\r\n",
              // which?
              "POST / HTTP/1.1\r\nHost: a\r\nContent-Length: 5\r\nContent-Length: 6\r\n\r\n",
              "POST / HTTP/1.1\r\nHost: a\r\nContent-Length: 5\r\nTransfer-Encoding: chunked\r\n\r\n",
@@ -98,6 +99,13 @@ TEST(RequestReader, RefusesWhatIsAmbiguousOrMalformed) {
          }) {
         EXPECT_TRUE(read(bad).error.has_value()) << bad;
     }
+}
+
+TEST(RequestReader, Http10NeedsNoHost) {
+    const Read old = read("GET /healthz HTTP/1.0\r\n\r\n");
+    ASSERT_FALSE(old.error.has_value()) << old.error->message.view();
+    EXPECT_FALSE(old.heads.at(0).keep_alive);
+    EXPECT_EQ(old.heads.at(0).find("Host"), nullptr);
 }
 
 /// A client that sends a file's name as it is must learn what to do, not that it speaks no HTTP.
