@@ -49,6 +49,9 @@ bool read_number(const std::string& text, int& value) {
 /// An upload alone starts nothing: without print=true (or hold=false) the job waits, held.
 Result<spool::NewJob> wanted_by(const Upload& upload) {
     spool::NewJob wanted;
+    // Moonraker has several folders; settings are not kept as jobs.
+    if (const std::string root = upload.field("root"); !root.empty() && root != "gcodes")
+        return make_error(ErrorCode::invalid_argument, "root must be gcodes: G-code alone is taken");
     QDUINO_TRY_ASSIGN(wanted.name, name_in_folder(upload.field("path"), upload.name()));
     for (const char* name : {"print", "hold", "prologue"}) {
         const std::string& said = upload.field(name);
@@ -154,8 +157,8 @@ Plan Service::plan_file(const RequestHead& head) const {
     if (is_moonrakers(head)) {
         return respond(
             error_response(404, "not_found",
-                           "this printer does not speak Moonraker: choose OctoPrint as the host type, "
-                           "with the same address and this printer's key"));
+                           "of Moonraker this printer speaks a slicer's upload alone: choose OctoPrint as "
+                           "the host type, with the same address and this printer's key"));
     }
     if (!is_safe(head.method))
         return respond(error_response(405, "not_permitted", "only GET is possible here"));

@@ -2,8 +2,9 @@
 
 namespace qduino::web::api {
 
-std::array<std::span<const Route>, 5> all_routes() {
-    return {job_routes(), machine_routes(), octoprint_routes(), prusalink_routes(), service_routes()};
+std::array<std::span<const Route>, 6> all_routes() {
+    return {job_routes(),       machine_routes(),   octoprint_routes(),
+            prusalink_routes(), moonraker_routes(), service_routes()};
 }
 
 Match find_route(const RequestHead& head) {

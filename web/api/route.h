@@ -105,10 +105,11 @@ struct Route {
 [[nodiscard]] std::span<const Route> machine_routes();
 [[nodiscard]] std::span<const Route> octoprint_routes();
 [[nodiscard]] std::span<const Route> prusalink_routes();
+[[nodiscard]] std::span<const Route> moonraker_routes();
 [[nodiscard]] std::span<const Route> service_routes();
 
 /// All of them, in the order in which they are tried.
-[[nodiscard]] std::array<std::span<const Route>, 5> all_routes();
+[[nodiscard]] std::array<std::span<const Route>, 6> all_routes();
 
 struct Match {
     const Route* route = nullptr;  ///< null: no such path, or no such method on it

@@ -90,11 +90,41 @@ TEST_F(SlicerApiTest, TheMachineFilesNumbersAreTold) {
     EXPECT_EQ(info["min_extrusion_temp"], 180.0);
 }
 
+// What PrusaSlicer and OrcaSlicer do as a host of the type Moonraker: they ask, and upload.
+TEST_F(SlicerApiTest, ASlicerThatSpeaksMoonrakerUploadsAndStarts) {
+    EXPECT_EQ(send("GET /server/info HTTP/1.1\r\nHost: localhost\r\n\r\n").status, 401);
+    auto info = request("GET /server/info").json();
+    EXPECT_EQ(info["result"]["klippy_state"], "disconnected");
+    EXPECT_TRUE(info["result"]["moonraker_version"].is_string());
+    start_sketch();
+    run(3);
+    info = request("GET /server/info").json();
+    EXPECT_EQ(info["result"]["klippy_state"], "ready");
+    EXPECT_EQ(info["result"]["klippy_connected"], true);
+
+    const auto send_file = [this](const std::map<std::string, std::string>& fields) {
+        return upload("part.gcode", "G28\n", fields, "/server/files/upload");
+    };
+    const Answer kept = send_file({{"root", "gcodes"}, {"print", "false"}});
+    ASSERT_EQ(kept.status, 201);
+    EXPECT_EQ(kept.json()["result"]["item"]["path"], "part.gcode");
+    EXPECT_EQ(kept.json()["result"]["item"]["root"], "gcodes");
+    EXPECT_EQ(kept.json()["result"]["print_queued"], false);
+    EXPECT_TRUE(spool_->queue().find(1)->hold);
+    const Answer printed = send_file({{"root", "gcodes"}, {"path", "lids"}, {"print", "true"}});
+    ASSERT_EQ(printed.status, 201);
+    EXPECT_EQ(printed.json()["result"]["print_queued"], true);
+    EXPECT_EQ(printed.json()["result"]["item"]["path"], "lids - part.gcode");
+    EXPECT_EQ(send_file({{"root", "config"}}).status, 400);
+    EXPECT_EQ(request("POST /server/info", "{}").status, 405);
+    EXPECT_EQ(spool_->queue().size(), 2u);
+}
+
 // A slicer shows the message of the error to its user, who sees there what to choose instead.
 TEST_F(SlicerApiTest, WhoSpeaksMoonrakerIsToldWhatToChoose) {
     for (const char* const asked :
-         {"GET /server/info", "POST /server/files/upload", "GET /printer/info", "GET /access/oneshot_token",
-          "GET /machine/system_info", "GET /websocket"}) {
+         {"GET /server/files/list", "POST /printer/print/start", "GET /printer/info",
+          "GET /access/oneshot_token", "GET /machine/system_info", "GET /websocket"}) {
         const Answer answer = request(asked);
         EXPECT_EQ(answer.status, 404) << asked;
         const auto said = answer.json()["error"]["message"].get<std::string>();
