@@ -162,11 +162,10 @@ void write_core(Explanation& out, const Admission& admission) {
     } else if (!admission.loops.empty()) {
         const bool by_time = admission.by == AdmittedBy::completion_time;
         write(out, ", utilisation "sv, ratio(admission.utilisation_ppm));
-        if (by_time && admission.utilisation_ppm < admission.bound_ppm)
-            write(out, ", no bound applies"sv);
+        if (by_time)
+            write(out, ": even at worst, each ends in time (R <= T)"sv);
         else
-            write(out, by_time ? " > "sv : " <= "sv, "bound "sv, ratio(admission.bound_ppm));
-        write(out, by_time ? ": completion time decides"sv : ""sv);
+            write(out, " <= bound "sv, ratio(admission.bound_ppm));
     }
     write(out, '\n');
     for (const LoopResponse& loop : admission.loops) {

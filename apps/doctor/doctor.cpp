@@ -1,6 +1,7 @@
 #include "apps/doctor/doctor.h"
 
 #include <algorithm>
+#include <array>
 #include <nlohmann/json.hpp>
 
 #include "apps/doctor/finding.h"
@@ -51,12 +52,44 @@ std::string summary(const std::vector<Entry>& entries) {
     return words + ".";
 }
 
+/// Pins are no matter of time: a sketch with virtual ones can do without.
+bool is_of_pins(const Entry& entry) {
+    constexpr std::array<std::string_view, 3> kPins{"gpio", "i2c", "spi"};
+    return std::ranges::find(kPins, entry.check->id) != kPins.end();
+}
+
+/// What a beginner wants to know, before all else: may I begin, and what must I do? One fix may
+/// mend several findings.
+std::string first_words(const std::vector<Entry>& entries) {
+    std::vector<std::string> fixes;
+    bool time = false, pins = false;
+    for (const Entry& entry : entries) {
+        if (entry.finding.state != State::missing) continue;
+        (is_of_pins(entry) ? pins : time) = true;
+        if (std::ranges::find(fixes, entry.finding.fix) == fixes.end()) fixes.push_back(entry.finding.fix);
+    }
+    if (fixes.empty()) {
+        const long better = count(entries, State::better);
+        if (better == 0) return "You can run sketches, in real time as well.\n";
+        return wrapped("You can run sketches, in real time as well. What could be better is told below (" +
+                           std::to_string(better) + "); nothing of it has to be done first.",
+                       "");
+    }
+    const char* const wanted = time && pins ? "real time and real pins" : time ? "real time" : "real pins";
+    std::string out = text<std::string>(
+        "You can run sketches. For ", wanted, " do ",
+        fixes.size() == 1 ? std::string{"this"} : "these " + std::to_string(fixes.size()), ":\n");
+    for (std::size_t i = 0; i < fixes.size(); ++i)
+        out += wrapped_command(fixes[i], text<std::string>("  ", i + 1, "  "));
+    return out;
+}
+
 std::string computer_of(const Facts& facts) {
     return facts.model() + ", " + counted(facts.core_count(), "core");
 }
 
 std::string report_text(const Facts& facts, const std::vector<Entry>& entries) {
-    std::string out = wrapped(computer_of(facts), "Machine: ") +
+    std::string out = first_words(entries) + "\n" + wrapped(computer_of(facts), "Machine: ") +
                       wrapped(facts.release() + " " + facts.architecture(), "Kernel:  ");
     const char* group = "";
     for (const Entry& entry : entries) {

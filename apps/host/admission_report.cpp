@@ -110,8 +110,8 @@ std::string overheads_text(const Plan& plan) {
         }
     }
     if (out.empty())
-        return "Overheads counted: none. A run adds its computer's (switches, interrupts, what\n"
-               "its kernel keeps), and R is longer there. A board file can name some (--board).\n";
+        return "Counted here: the loops alone. A real computer takes time as well (to switch\n"
+               "between loops, for interrupts), and R is longer there: --board FILE counts it.\n";
     return "Overheads counted, from the board file:\n" + out;
 }
 

@@ -333,6 +333,25 @@ TEST(Doctor, CountsWhatIsWrong) {
     EXPECT_NE(ask(machine, false).text.find("\nVerdict: 1 of 32 is missing.\n"), std::string::npos);
 }
 
+TEST(Doctor, BeginsWithWhatABeginnerMustDo) {
+    FakeMachine machine;
+    furnish_well(machine);
+    const auto begins = [&](const std::string& words) {
+        const std::string said = ask(machine, false).text;
+        EXPECT_TRUE(said.starts_with(words)) << said.substr(0, 300);
+    };
+    begins("You can run sketches, in real time as well.\n\nMachine: ");
+    machine.put("/proc/900/comm", "irqbalance");
+    begins("You can run sketches, in real time as well. What could be better is told below\n(1); nothing ");
+    machine.put("/proc/sys/kernel/sched_rt_runtime_us", "0");
+    begins("You can run sketches. For real time do this:\n  1  ");
+    put_group(machine, "0");
+    begins("You can run sketches. For real time do these 2:\n  1  ");
+    const std::string said = ask(machine, false).text;
+    EXPECT_EQ(said.find("\n  3  "), std::string::npos);
+    EXPECT_LT(said.find("\n  2  "), said.find("\nMachine: "));
+}
+
 TEST(Doctor, NeverPasses80Columns) {
     FakeMachine machine;  // nothing in it but many interrupts with long names
     machine.put("/sys/devices/system/cpu/online", "0-1");

@@ -26,7 +26,7 @@ std::size_t longest_line(const std::string& text) {
 TEST(Explain, AnAdmittedCore) {
     const CoreLoad load = load_of({loop_of(1, 30ms, 100ms), loop_of(2, 20ms, 100ms), loop_of(3, 4ms, 10ms)});
     EXPECT_EQ(text_of(explain(admit(load))),
-              "core 0: admitted, utilisation 0.9000 > bound 0.7798: completion time decides\n"
+              "core 0: admitted, utilisation 0.9000: even at worst, each ends in time (R <= T)\n"
               "  loop 3   R 4 ms of T 10 ms\n"
               "  loop 1   R 50 ms of T 100 ms\n"
               "  loop 2   R 86 ms of T 100 ms\n");
