@@ -16,6 +16,8 @@ build_all() {
   local page=$!
   echo "== preparing"
   cmake --preset release >build/release.configure.log 2>&1 || return 2
+  # All steps, for the progress. (A dry run would tell of none: it takes cmake for the first.)
+  ninja -C build/release -t commands "$@" 2>/dev/null | sed 's/^/plan /'
   cmake --build --preset release --target "$@" 2>&1 | tee build/release.build.log || return 3
   echo "== the page"
   wait "$page" || return 4

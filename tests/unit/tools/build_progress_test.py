@@ -28,6 +28,29 @@ class Words(unittest.TestCase):
     def test_it_guesses_nothing_from_too_little(self):
         self.assertEqual(self.after("[4/171] x", now=60), "Building once  [--------------------]  4 of 171")
         self.assertEqual(self.after("[40/171] x", now=4), "Building once  [####----------------]  40 of 171")
+        self.assertEqual(self.after("[6/171] x", now=60), "Building once  [--------------------]  6 of 171")
+
+    def test_what_is_left_is_counted_by_what_a_step_costs(self):
+        """Twenty small steps first, then twenty large ones: half of the steps are a hundredth of the work."""
+        link, unity = "Linking CXX static library a.a", "Building CXX object a.dir/Unity/unity_0_cxx.cxx.o"
+        steps = [link] * 20 + [unity] * 20
+        progress = Progress(0)
+        for command in ("ar qc a.a a.dir/Unity/unity_0_cxx.cxx.o", "g++ -o a.dir/Unity/unity_0_cxx.cxx.o -c /b/a.dir/Unity/unity_0_cxx.cxx"):
+            for _ in range(20):
+                self.assertFalse(progress.take("plan " + command, 0))
+        left = {}
+        for i, step in enumerate(steps, 1):
+            now = 1.0 * min(i, 20) + 20.0 * max(0, i - 20)  # 420 s in all
+            progress.take("[%d/40] %s" % (i, step), now)
+            left[i] = progress.left_s(now)
+        self.assertIsNone(left[20], "not 20 s, as of the steps")
+        for i in (22, 30, 39):
+            real = 20.0 * (40 - i)
+            self.assertAlmostEqual(left[i], real, delta=0.55 * real)
+        self.assertEqual(left[40], 0)
+        # Another count than was planned: the plan is not of this build.
+        progress.take("[20/400] x", 0)
+        self.assertAlmostEqual(progress.left_s(100), 1900)
 
     def test_what_is_no_step_changes_nothing(self):
         progress = Progress(0)
