@@ -46,10 +46,11 @@ CommandLine::Option CommandLine::flag(const char* names, bool& value, const char
 }
 
 std::optional<int> CommandLine::parse(int argc, const char* const* argv) {
-    return parse_command_line(parser_->app, argc, argv);
+    return parse_command_line(parser_->app, argc, argv, typed_as_);
 }
 
 int CommandLine::refuse(const std::string& wrong) const {
+    if (!typed_as_.empty()) parser_->app.name(typed_as_);
     return explain_command_line(parser_->app, CLI::ParseError{wrong, CLI::ExitCodes::ValidationError});
 }
 

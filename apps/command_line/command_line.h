@@ -66,6 +66,9 @@ class CommandLine {
 
     /// What the program calls itself, where that is not the name of its file.
     void name(const std::string& name);
+    /// What was typed to start this program, "./run": its words are about that, and not about a
+    /// program that its user does not know.
+    void typed_as(const std::string& command) { typed_as_ = command; }
     /// `names`: "--state", or "FILE" for a word without an option. `value` outlives the parsing;
     /// what it holds is the default.
     template <OptionValue Value>
@@ -82,6 +85,7 @@ class CommandLine {
   private:
     struct Parser;
     std::unique_ptr<Parser> parser_;
+    std::string typed_as_;
 };
 
 }  // namespace qduino::apps

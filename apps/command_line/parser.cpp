@@ -164,7 +164,7 @@ void fit_help(CLI::App& app, const char* program) {
 int explain_command_line(const CLI::App& app, const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);
     const CLI::App& command = command_of(app);
-    const std::string prefix = app.get_name() + ": ";
+    const std::string prefix = std::filesystem::path(app.get_name()).filename().string() + ": ";
     const std::string word = unexpected(app);
     if (word.empty()) {
         say(error.what(), prefix);
@@ -189,11 +189,13 @@ int explain_unknown_command(const CLI::App& app, const std::string& word) {
     return static_cast<int>(CLI::ExitCodes::ExtrasError);
 }
 
-std::optional<int> parse_command_line(CLI::App& app, int argc, const char* const* argv) {
+std::optional<int> parse_command_line(CLI::App& app, int argc, const char* const* argv,
+                                      const std::string& typed_as) {
     fit_help(app, argc > 0 ? argv[0] : "");
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& error) {
+        if (error.get_exit_code() != 0 && !typed_as.empty()) app.name(typed_as);
         return explain_command_line(app, error);
     }
     return std::nullopt;

@@ -29,7 +29,9 @@ CLI::Option* add_option(CLI::App& app, const char* names, Value& value, const ch
 
 /// Parses. A returned value is the exit status to leave with: help was printed, or the line was
 /// wrong and the user was told.
-std::optional<int> parse_command_line(CLI::App& app, int argc, const char* const* argv);
+/// `typed_as`: what the user has typed, where that is not this program.
+std::optional<int> parse_command_line(CLI::App& app, int argc, const char* const* argv,
+                                      const std::string& typed_as = "");
 
 /// Its first half, for a program that shows its help unasked: help that fits.
 void fit_help(CLI::App& app, const char* program);

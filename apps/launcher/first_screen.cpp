@@ -28,6 +28,12 @@ bool runs_with(const std::filesystem::path& folder, uid_t owner) {
     return lock && ::flock(lock->get(), LOCK_SH | LOCK_NB) != 0;
 }
 
+/// A path stays in one piece, so that it can be copied; a long one begins at the edge.
+std::string path_line(const std::string& before, const std::string& path) {
+    const bool fits = before.size() + path.size() <= apps::kColumns;
+    return (fits ? before : before.substr(0, before.find_last_not_of(' ') + 1) + "\n") + path + "\n";
+}
+
 }  // namespace
 
 std::string minutes_and_seconds(Nanoseconds length) {
@@ -52,15 +58,19 @@ std::string first_screen(const ScreenFacts& facts) {
     auto out = text<std::string>("Ready in ", minutes_and_seconds(facts.took), ". ", facts.where, '\n');
     if (!facts.machine.empty()) write(out, "Virtual printer: ", facts.machine.substr(0, 60), '\n');
     write(out, "\n  Open   ", facts.address, '\n');
-    write(out, "  Slicer add it as OctoPrint or PrusaLink, with this address; the key is in\n         ",
-          (facts.state / "api-key").native(), '\n');
-    if (!facts.serial.empty()) write(out, "  Serial ", facts.serial, '\n');
+    write(out, "  Slicer add it as OctoPrint or PrusaLink, with this address; the key is in\n");
+    const std::string key = (facts.state / "api-key").native();
+    write(out, key.size() + 9 <= apps::kColumns ? "         " : "", key, '\n');
+    if (!facts.serial.empty()) out += path_line("  Serial ", facts.serial);
     write(out, "  Stop   Ctrl-C\n\n");
     out += apps::wrapped(text<std::string>("Guarantees: ", facts.guarantees, ", ", facts.budget), "");
     // ./run knows the usual folders, and has to be told of another.
     const bool usual = facts.state.filename() == "qduinomc";
-    return write(out, "All of it: ./run --report", usual ? "" : " --state ",
-                 usual ? "" : facts.state.native(), "     Log: ", (facts.state / "run.log").native(), '\n');
+    const auto more = text<std::string>("All of it: ./run --report", usual ? "" : " --state ",
+                                        usual ? "" : facts.state.native(),
+                                        "     Log: ", (facts.state / "run.log").native());
+    if (more.size() <= apps::kColumns) return out + more + "\n";
+    return out + "All of it: ./run --report, with the same --state     Log: run.log beside the key\n";
 }
 
 Result<std::string> kept_report(const std::filesystem::path& folder) {

@@ -65,6 +65,7 @@ int main(int argc, char** argv) {
     bool no_isolate = false;
     apps::CommandLine line{"Starts the printer's processes, keeps them running, and stops them together.",
                            "Example: printer-launcher --state ~/.local/state/qduinomc --ui web/ui/dist"};
+    line.typed_as("./run");
     line.option("--state", options.state, "folder of jobs, queue and key").required();
     line.option("--ui", options.ui, "folder of the page's files");
     bool lan = false;

@@ -40,7 +40,7 @@ class Simulated(unittest.TestCase):
         screen = self.stack.said.splitlines()
         self.assertLessEqual(len(screen), 10, self.stack.said)
         for line in screen:
-            self.assertLessEqual(len(line), 80 + len(self.stack.state), line)
+            self.assertLessEqual(len(line), 80, line)
         self.assertIn("Virtual printer: Printrbot Simple Metal", screen)
         self.assertRegex(screen[0], r"^Ready in ")
         self.assertTrue([line for line in screen if line.startswith("Guarantees: ")], self.stack.said)
@@ -215,6 +215,11 @@ class AskedFor(unittest.TestCase):
 
 
 class Refused(unittest.TestCase):
+    def test_a_wrong_option_is_told_as_one_of_run(self):
+        stack = Stack("--speed", "x")
+        self.assertGreater(stack.wait_end(), 100)
+        self.assertEqual(stack.said, "run: --speed: 'x' is not a number from 0.01 to 10000\n'./run --help' shows what there is.\n")
+
     def test_a_state_folder_out_of_reach_ends_it(self):
         with tempfile.NamedTemporaryFile() as file:
             stack = Stack("--speed", "20", state=os.path.join(file.name, "state"))

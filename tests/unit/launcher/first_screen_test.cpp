@@ -69,6 +69,22 @@ TEST_F(FirstScreen, SaysHowToAskForTheReportOfAnotherFolder) {
     EXPECT_THAT(first_screen(other), HasSubstr("  Serial /tmp/shop/serial\n"));
 }
 
+TEST_F(FirstScreen, AFolderWithALongNameKeepsToTheScreen) {
+    ScreenFacts deep = facts();
+    for (const std::size_t length : {30u, 45u, 60u, 66u, 70u}) {
+        deep.state = "/" + std::string(length, 'd');
+        deep.serial = deep.state / "serial";
+        const std::string screen = first_screen(deep);
+        std::string_view rest = screen;
+        while (!rest.empty()) EXPECT_LE(cut(rest, '\n').size(), 80u) << screen;
+        // What is copied stands in one piece.
+        EXPECT_THAT(screen, HasSubstr(deep.state.native() + "/api-key\n"));
+        EXPECT_THAT(screen, HasSubstr(deep.serial + "\n"));
+        EXPECT_THAT(screen, HasSubstr("./run --report"));
+        EXPECT_THAT(screen, HasSubstr("run.log"));
+    }
+}
+
 TEST_F(FirstScreen, TimesAreInMinutes) {
     EXPECT_EQ(minutes_and_seconds(Nanoseconds{1}), "1 s");
     EXPECT_EQ(minutes_and_seconds(59s), "59 s");

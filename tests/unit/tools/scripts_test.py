@@ -44,6 +44,12 @@ class Scripts(unittest.TestCase):
             self.assertNotEqual(status, 0)
             self.assertEqual(said, "%s: there is no option --prot; './%s --help' shows what there is\n" % (script, script))
 
+    def test_a_name_that_is_none_is_refused_by_the_option_that_was_typed(self):
+        for name in ("bad_name!", "a.b", "a-", "n" * 64):
+            status, said = call("run", "--lan", name)
+            self.assertNotEqual(status, 0)
+            self.assertEqual(said, "run: --lan takes letters, digits and hyphens as a name, not '%s'\n" % name)
+
     def test_what_does_not_go_together_is_said_in_lines_that_fit(self):
         for wrong in (["--metal", "--speed", "2"], ["--port", "99999"]):
             status, said = call("run", *wrong)
