@@ -75,9 +75,10 @@ bool bears(const sched::PlatformOverheads& overheads, const sched::PlatformInter
 
 /// Why a change that came while the loops run is not made.
 Error refused_change(const char* change, int core, const sched::Refusal& refusal) {
-    if (refusal.because == RefusedBecause::completion_time) {
-        return make_error(ErrorCode::out_of_range, change, ", loop ", refusal.vcpu.id, " on core ", core,
-                          " would need ", refusal.response.response, " of its ", refusal.response.period);
+    if (sched::is_late(refusal.because)) {
+        return make_error(ErrorCode::out_of_range, change, ", ", vcpu_name(refusal.vcpu.id), " on core ",
+                          core, " would need ", refusal.response.response, " of its ",
+                          refusal.response.period);
     }
     return make_error(ErrorCode::out_of_range, change, ", core ", core,
                       " would have more to do than it has time");

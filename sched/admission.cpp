@@ -86,7 +86,7 @@ bool bound_applies(const CoreLoad& load) {
         return load.overheads.per_activation() == Nanoseconds{0} ||
                share > load.overheads.per_activation().count();
     };
-    return load.sections.empty() && load.mains.size() <= load.overheads.priorities &&
+    return load.sections.empty() && load.mains.size() + load.ios.size() <= load.overheads.priorities &&
            load.overheads.kept_budget == Nanoseconds{0} && load.overheads.wake_latency == Nanoseconds{0} &&
            std::none_of(load.mains.begin(), load.mains.end(), sleeps) &&
            std::all_of(load.ios.begin(), load.ios.end(), covers);
@@ -160,6 +160,18 @@ Refusal refuse_by_completion_time(const CompletionTime& analysis, std::size_t i,
     return refusal;
 }
 
+Refusal refuse_late_service(const CoreLoad& load, const CompletionTime& analysis) {
+    Refusal refusal;
+    const auto late = load.mains.empty() ? std::nullopt : analysis.late_service();
+    if (!late || analysis.meets_beside_whole_services()) return refusal;
+    refusal.because = RefusedBecause::late_service;
+    refusal.vcpu = load.ios[late->io];
+    refusal.response = {refusal.vcpu.id, late->response, late->client};
+    refusal.late = VcpuKind::io;
+    refusal.shares = analysis.io_shares(late->io, late->client, late->client);
+    return refusal;
+}
+
 }  // namespace
 
 bool admitted_by_bound(const CoreLoad& load) {
@@ -193,13 +205,15 @@ Admission admit_without_remedy(const CoreLoad& load) {
     }
     for (std::size_t k = 0; k < load.ios.size() && analysis.size() > 0; ++k)
         admission.ios.push_back(analysis.io_verdict(k));
+    if (!owned && admission.refusal.because == RefusedBecause::none)
+        admission.refusal = refuse_late_service(load, analysis);
     admission.admitted = admission.refusal.because == RefusedBecause::none;
     return admission;
 }
 
 Admission admit(const CoreLoad& load) {
     Admission admission = admit_without_remedy(load);
-    if (admission.refusal.because == RefusedBecause::completion_time) {
+    if (is_late(admission.refusal.because)) {
         CoreLoad trial = load;
         admission.refusal.remedy = smallest_change({&trial, 1}, 0, admission.refusal.vcpu.id);
     }
@@ -208,7 +222,12 @@ Admission admit(const CoreLoad& load) {
 
 bool is_admissible(const CoreLoad& load) {
     if (refuse_by_shape(load).because != RefusedBecause::none) return false;
-    return owned_without_waits(load) || admitted_by_bound(load) || CompletionTime{load}.every_loop_meets();
+    if (owned_without_waits(load)) return true;
+    const bool by_bound = admitted_by_bound(load);
+    if (by_bound && load.ios.empty()) return true;
+    const CompletionTime analysis{load};
+    if (!by_bound && !analysis.every_loop_meets()) return false;
+    return load.mains.empty() || !analysis.late_service() || analysis.meets_beside_whole_services();
 }
 
 Nanoseconds response_below_all(const CoreLoad& load, Nanoseconds budget, Nanoseconds limit) {

@@ -9,8 +9,10 @@
 //                       as (1 + u/n)^n <= 2 in fixed point with every rounding upwards: it never
 //                       admits wrongly; what it misses by less than 2^-48, the next test decides.
 //   2. completion time  R = C + Σ_{j in hp(i)} ⌈R/T_j⌉·C_j
-//                       + Σ_{k in I/O} max_{q in hep(i)} (1 + ⌈(R − U_k·T_q)/T_q⌉)·U_k·T_q  <=  T_i
-//                       Joseph, Pandya, Computer Journal 1986; Missimer, Zhao, West, ECRTS 2016.
+//                       + Σ_{k in I/O} (D_k + U_k·(R − D_k))  <=  T_i
+//                       Joseph, Pandya, Computer Journal 1986; completion_time.h has all of it.
+//   3. services         Whichever loop of the core a bottom half works for: a service of U·T that
+//                       may begin ends within T. So the share is had, and not only declared.
 //
 // Both count the platform's overheads. Each activation of a VCPU costs a release and an enforcement
 // more than its budget. Interferers that no VCPU controls (interrupt threads, the kernel's fair

@@ -67,7 +67,9 @@ bool is_done_before(const TimedStage& i, const TimedStage& j) {
     if (!i.released() || !j.released() || i.load != j.load || !ranks_above(i.vcpu, j.vcpu)) return false;
     const auto above =
         std::ranges::count_if(i.load->mains, [&](const Vcpu& other) { return ranks_above(other, i.vcpu); });
-    const bool own_priority = static_cast<std::size_t>(above) + 1 < i.load->overheads.priorities;
+    const std::size_t ios = i.load->ios.size(), priorities = i.load->overheads.priorities;
+    const bool own_priority =
+        i.load->mains.size() + ios <= priorities || static_cast<std::size_t>(above) + 1 + ios < priorities;
     return own_priority && i.vcpu.suspension == Nanoseconds{0} && i.load->waits_of(i.vcpu.id).requests == 0;
 }
 

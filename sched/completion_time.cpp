@@ -18,8 +18,6 @@ class Taken {
     }
     void add(Nanoseconds budget, Nanoseconds period, bool up) { sum_ += part(budget, period, up); }
     void add_part(std::int64_t part) { sum_ += part; }
-    void add(const Taken& other) { sum_ += other.sum_; }
-    bool operator<(const Taken& other) const { return sum_ < other.sum_; }
     [[nodiscard]] bool whole() const { return sum_ >= kOne; }
     /// time/(1 − taken), rounded down; some value beyond what is ever followed where it is more.
     [[nodiscard]] Nanoseconds stretch(Nanoseconds time) const {
@@ -32,13 +30,15 @@ class Taken {
     std::int64_t sum_ = 0;
 };
 
-/// More than rounding of a few operations can take away.
-constexpr double kUp = 1 + 1e-9;
-
 }  // namespace
 
 Nanoseconds service_of(const Vcpu& io, Nanoseconds period, Nanoseconds overhead) {
     const Nanoseconds share{mul_div_ceil(io.budget.count(), period.count(), io.period.count())};
+    return std::max(share, overhead + Nanoseconds{1});
+}
+
+Nanoseconds longest_service_of(const Vcpu& io, Nanoseconds period, Nanoseconds overhead) {
+    const Nanoseconds share{mul_div_floor(io.budget.count(), period.count(), io.period.count())};
     return std::max(share, overhead + Nanoseconds{1});
 }
 
@@ -51,26 +51,16 @@ CompletionTime::CompletionTime(const CoreLoad& load)
     std::sort(loops_.begin(), loops_.end(), ranks_above);
     for (std::size_t i = 0; i < loops_.size(); ++i) {
         periods_[i] = Divisor{period(i)};
-        if (client_periods_.empty() || client_periods_.back().period() != period(i))
-            client_periods_.push_back(periods_[i]);
-        client_count_[i] = client_periods_.size();
+        if (client_periods_.empty() || client_periods_.back() != period(i))
+            client_periods_.push_back(period(i));
     }
+    loops_go_first_ =
+        load.sections.empty() && load.waits.empty() && loops_.size() + ios_.size() <= priorities_;
     hold_up(load);
     for (std::size_t i = 0; i < loops_.size(); ++i) share_[i] = Taken::part(cost(i), period(i), false);
-    for (std::size_t k = 0; k < ios_.size(); ++k) prepare(ios_[k], io_[k]);
+    for (std::size_t k = 0; k < ios_.size(); ++k)
+        io_[k] = {Rate{ios_[k].budget, ios_[k].period}, Taken::part(ios_[k].budget, ios_[k].period, false)};
     keep_for_others();
-}
-
-void CompletionTime::prepare(const Vcpu& vcpu, Io& io) const {
-    if (vcpu.client_period > Nanoseconds{0}) io.named_client = Divisor{vcpu.client_period};
-    io.share = Taken::part(vcpu.budget, vcpu.period, false);
-    const auto clients = clients_of(static_cast<std::size_t>(&vcpu - ios_.begin()), loops_.size());
-    for (std::size_t q = 0; q < clients.size(); ++q) {
-        io.budgets[q] = service_of(vcpu, clients[q].period(), overhead_);
-        const double per_time =
-            static_cast<double>(io.budgets[q].count()) / static_cast<double>(clients[q].period().count());
-        io.most_per_time = std::max(io.most_per_time, per_time * kUp);
-    }
 }
 
 /// Ordinary tasks get what is kept for them without anybody's doing, as long as the loops leave it.
@@ -79,7 +69,10 @@ void CompletionTime::prepare(const Vcpu& vcpu, Io& io) const {
 void CompletionTime::keep_for_others() {
     const PlatformInterferer kept = overheads_.kept();
     if (kept.cost <= Nanoseconds{0} || loops_.empty()) return;
-    const Nanoseconds taken = taken_by_others(loops_.size(), loops_.size() - 1, kept.interval, nullptr);
+    // This window may begin anywhere: behind a service's begin, by its client's period at most.
+    Level all = level_of_service(kNone, kPeriodMax);
+    for (const Nanoseconds service : all.services) all.own += service;
+    const Nanoseconds taken = demand(all, kept.interval);
     keeps_for_others_ = taken + kept.cost > kept.interval;
     if (keeps_for_others_) overheads_.interferers.push_back(kept);
 }
@@ -115,17 +108,41 @@ void CompletionTime::hold_up(const CoreLoad& load) {
         io_held_up_[k] = blocking->of_handler(ios_[k].id);
 }
 
-bool CompletionTime::shares_priority(std::size_t i) const { return i + 1 >= priorities_; }
+/// The bottom halves may all rank above it.
+bool CompletionTime::shares_priority(std::size_t i) const {
+    return loops_.size() + ios_.size() > priorities_ && i + 1 + ios_.size() >= priorities_;
+}
 
 std::size_t CompletionTime::delaying(std::size_t i) const { return shares_priority(i) ? loops_.size() : i; }
 
-std::span<const Divisor> CompletionTime::clients_of(std::size_t k, std::size_t i) const {
-    const bool any_loop = i == loops_.size() || shares_priority(i);
-    if (ios_[k].client_period > Nanoseconds{0}) {
-        const bool is_hep = any_loop || ios_[k].client_period <= period(i);
-        return {&io_[k].named_client, is_hep ? std::size_t{1} : std::size_t{0}};
+void CompletionTime::add_services(Level& level, Nanoseconds longest, std::size_t itself) const {
+    const auto beyond = std::ranges::upper_bound(client_periods_, longest);
+    for (std::size_t k = 0; k < ios_.size(); ++k) {
+        const Nanoseconds named = ios_[k].client_period;
+        const bool none = named > Nanoseconds{0} ? named > longest : beyond == client_periods_.begin();
+        if (k == itself || none) continue;
+        level.services[k] =
+            longest_service_of(ios_[k], named > Nanoseconds{0} ? named : *std::prev(beyond), overhead_);
+        ++level.io_count;
     }
-    return {client_periods_.begin(), any_loop ? client_periods_.size() : client_count_[i]};
+}
+
+CompletionTime::Level CompletionTime::level_of(std::size_t i) const {
+    Level level{.own = own_cost(i) + held_up_[i], .loops = delaying(i), .itself = i};
+    const Nanoseconds longest = loops_go_first_ ? period(i) - Nanoseconds{1} : period(i);
+    add_services(level, shares_priority(i) ? kPeriodMax : longest, kNone);
+    return level;
+}
+
+/// Loops of the client's period go first: their numbers are lower.
+CompletionTime::Level CompletionTime::level_of_service(std::size_t k, Nanoseconds client) const {
+    Level level;
+    while (level.loops < loops_.size() && period(level.loops) <= client) ++level.loops;
+    const bool shares = loops_.size() + ios_.size() > priorities_ && level.loops + ios_.size() >= priorities_;
+    if (shares) level.loops = loops_.size();
+    if (k != kNone) level.own = longest_service_of(ios_[k], client, overhead_) + io_held_up_[k];
+    add_services(level, shares ? kPeriodMax : client, k);
+    return level;
 }
 
 Nanoseconds CompletionTime::jitter(std::size_t j) const {
@@ -134,56 +151,30 @@ Nanoseconds CompletionTime::jitter(std::size_t j) const {
                : std::min(overheads_.wake_latency, period(j) - loops_[j].budget);
 }
 
-/// From the longest client down. A client takes at most two services and its share of the window;
-/// budgets fall with the periods, so the first one that cannot reach the worst ends the search.
-CompletionTime::IoDemand CompletionTime::worst_io_demand(std::size_t k, std::size_t i,
-                                                         Nanoseconds window) const {
-    IoDemand worst;
-    Nanoseconds most{};
-    const Io& io = io_[k];
-    const auto clients = clients_of(k, i);
-    const Nanoseconds by_share{
-        static_cast<std::int64_t>(static_cast<double>(window.count()) * io.most_per_time * kUp) + 1};
-    for (std::size_t q = clients.size(); q-- > 0;) {
-        const Nanoseconds budget = io.budgets[q];
-        if (2 * budget + by_share <= most) break;
-        const Nanoseconds rest = std::max(window - budget, Nanoseconds{0});
-        const std::int64_t services = 1 + clients[q].ceil(rest);
-        if (services * budget <= most) continue;
-        most = services * budget;
-        worst = {services, budget};
-    }
-    return worst;
-}
-
-Nanoseconds CompletionTime::taken_by_others(std::size_t count, std::size_t i, Nanoseconds window,
-                                            const Vcpu* itself) const {
-    Nanoseconds sum = overheads_.interference(window);
-    for (std::size_t j = 0; j < count; ++j) {
-        if (&loops_[j] != itself) sum += releases(j, window) * cost(j);
+Nanoseconds CompletionTime::demand(const Level& level, Nanoseconds window) const {
+    Nanoseconds sum = level.own + overheads_.interference(window);
+    for (std::size_t j = 0; j < level.loops; ++j) {
+        if (j != level.itself) sum += releases(j, window) * cost(j);
     }
     for (std::size_t k = 0; k < ios_.size(); ++k) {
-        if (&ios_[k] == itself) continue;
-        const IoDemand worst = worst_io_demand(k, i, window);
-        sum += worst.services * worst.budget;
+        if (level.services[k] > Nanoseconds{0}) sum += io_demand(level, k, window);
     }
     return sum;
 }
 
-Nanoseconds CompletionTime::demand(std::size_t i, Nanoseconds window) const {
-    return own_cost(i) + held_up_[i] + taken_by_others(delaying(i), i, window, &loops_[i]);
-}
-
-/// `fixed`/(1 − U) rounded down, with U of what taken_by_others() has but the platform; absent when
-/// U >= 1: then there is no R.
-std::optional<Nanoseconds> CompletionTime::least_response(std::size_t count, std::size_t i, Nanoseconds fixed,
-                                                          const Vcpu* itself) const {
+/// The equation with x for each ⌈x⌉, and without the platform, solved: R is not below it. Absent
+/// where there is no solution.
+std::optional<Nanoseconds> CompletionTime::least_response(const Level& level) const {
     Taken taken;
-    for (std::size_t j = 0; j < count; ++j) {
-        if (&loops_[j] != itself) taken.add_part(share_[j]);
+    Nanoseconds fixed = level.own;
+    for (std::size_t j = 0; j < level.loops; ++j) {
+        if (j != level.itself) taken.add_part(share_[j]);
     }
     for (std::size_t k = 0; k < ios_.size(); ++k) {
-        if (&ios_[k] != itself && !clients_of(k, i).empty()) taken.add_part(io_[k].share);
+        const Nanoseconds longest = level.services[k];
+        if (longest == Nanoseconds{0}) continue;
+        taken.add_part(io_[k].share);
+        fixed += longest - io_[k].rate.ceil(longest);
     }
     if (taken.whole()) return std::nullopt;
     return taken.stretch(fixed);
@@ -191,29 +182,20 @@ std::optional<Nanoseconds> CompletionTime::least_response(std::size_t count, std
 
 /// The equation with x + 1 for each ⌈x⌉, solved: R is at most this. Absent when there is no
 /// solution.
-std::optional<Nanoseconds> CompletionTime::most_response(std::size_t i) const {
+std::optional<Nanoseconds> CompletionTime::most_response(const Level& level) const {
     Taken taken;
-    Nanoseconds fixed = own_cost(i) + held_up_[i];
+    Nanoseconds fixed = level.own;
     const auto take = [&](Nanoseconds budget, Nanoseconds each_period, Nanoseconds early) {
         taken.add(budget, each_period, true);
         fixed += budget + Nanoseconds{mul_div_ceil(early.count(), budget.count(), each_period.count())};
     };
-    for (std::size_t j = 0; j < delaying(i); ++j) {
-        if (j != i) take(cost(j), period(j), jitter(j));
+    for (std::size_t j = 0; j < level.loops; ++j) {
+        if (j != level.itself) take(cost(j), period(j), jitter(j));
     }
     for (std::size_t k = 0; k < ios_.size(); ++k) {
-        // Of any client: the greatest share of time, and the greatest budget twice.
-        Nanoseconds most{};
-        Taken greatest;
-        const auto clients = clients_of(k, i);
-        for (std::size_t q = 0; q < clients.size(); ++q) {
-            Taken of_client;
-            of_client.add(io_[k].budgets[q], clients[q].period(), true);
-            greatest = std::max(greatest, of_client);
-            most = std::max(most, io_[k].budgets[q]);
-        }
-        taken.add(greatest);
-        fixed += 2 * most;
+        if (level.services[k] == Nanoseconds{0}) continue;
+        taken.add(ios_[k].budget, ios_[k].period, true);
+        fixed += level.services[k] + Nanoseconds{1};
     }
     for (const PlatformInterferer& interferer : overheads_.interferers) {
         if (interferer.cost > Nanoseconds{0}) take(interferer.cost, interferer.interval, interferer.jitter);
@@ -222,20 +204,26 @@ std::optional<Nanoseconds> CompletionTime::most_response(std::size_t i) const {
     return taken.stretch(fixed) + Nanoseconds{1};
 }
 
-CompletionTime::Solution CompletionTime::solve(std::size_t i, Nanoseconds limit, Nanoseconds at_least,
+/// What bottom halves take grows with the window, in ever smaller steps; of these, all are taken at
+/// once: R − w is at least (demand(w) − w)/(1 − U), but for what is rounded up.
+CompletionTime::Solution CompletionTime::solve(const Level& level, Nanoseconds limit, Nanoseconds at_least,
                                                Wanted wanted) const {
-    const std::optional<Nanoseconds> start =
-        least_response(delaying(i), i, own_cost(i) + held_up_[i], &loops_[i]);
+    const std::optional<Nanoseconds> start = least_response(level);
     if (!start) return {limit + Nanoseconds{1}, {}};
+    Taken of_services;
+    for (std::size_t k = 0; k < ios_.size(); ++k) {
+        if (level.services[k] > Nanoseconds{0}) of_services.add_part(io_[k].share);
+    }
+    const Nanoseconds rounded{static_cast<std::int64_t>(level.io_count)};
     Nanoseconds response = std::max(*start, at_least);
     for (int step = 0; response <= limit; ++step) {
-        const Nanoseconds next = demand(i, response);
-        if (next <= response) break;
+        const Nanoseconds more = demand(level, response) - response;
+        if (more <= Nanoseconds{0}) break;
         if (step == kSteps || (step == kStepsToAsk && wanted == Wanted::whether)) {
-            const Nanoseconds most = most_response(i).value_or(limit + Nanoseconds{1});
+            const Nanoseconds most = most_response(level).value_or(limit + Nanoseconds{1});
             if (step == kSteps || most <= limit) return {most, response};
         }
-        response = next;
+        response += std::max(more, more > rounded ? of_services.stretch(more - rounded) : Nanoseconds{0});
     }
     return {response, response};
 }
@@ -248,14 +236,14 @@ Nanoseconds CompletionTime::next_at_least(std::size_t i, Nanoseconds at_least) c
 }
 
 Nanoseconds CompletionTime::response(std::size_t i, Nanoseconds limit) const {
-    return solve(i, limit, Nanoseconds{0}, Wanted::response).response;
+    return solve(level_of(i), limit, Nanoseconds{0}, Wanted::response).response;
 }
 
 FixedVector<LoopResponse, kMainVcpuLimit> CompletionTime::verdicts() const {
     FixedVector<LoopResponse, kMainVcpuLimit> found;
     Nanoseconds at_least{};
     for (std::size_t i = 0; i < loops_.size(); ++i) {
-        const Solution solution = solve(i, kResponseLimit * period(i), at_least, Wanted::response);
+        const Solution solution = solve(level_of(i), kResponseLimit * period(i), at_least, Wanted::response);
         found.push_back({loop(i).id, solution.response, period(i)});
         at_least = next_at_least(i, solution.at_least);
     }
@@ -265,23 +253,71 @@ FixedVector<LoopResponse, kMainVcpuLimit> CompletionTime::verdicts() const {
 IoResponse CompletionTime::io_verdict(std::size_t k) const {
     QDUINO_EXPECT(!loops_.empty());
     const Nanoseconds client =
-        ios_[k].client_period > Nanoseconds{0} ? ios_[k].client_period : client_periods_.front().period();
-    // A loop of the client's period goes first: its number is lower.
-    std::size_t above = 0;
-    while (above < loops_.size() && period(above) <= client) ++above;
-    const Nanoseconds own = service_of(ios_[k], client, overhead_) + io_held_up_[k];
-    const std::size_t lowest = std::max<std::size_t>(above, 1) - 1;
-    const auto demand_in = [&](Nanoseconds window) {
-        return own + taken_by_others(above, lowest, window, &ios_[k]);
+        ios_[k].client_period > Nanoseconds{0} ? ios_[k].client_period : client_periods_.front();
+    return {ios_[k].id, service_response(k, client), client};
+}
+
+Nanoseconds CompletionTime::service_response(std::size_t k, Nanoseconds client) const {
+    return solve(level_of_service(k, client), kResponseLimit * client, Nanoseconds{0}, Wanted::response)
+        .response;
+}
+
+/// Where all services of a client fit in together, each of them does.
+std::optional<CompletionTime::LateService> CompletionTime::late_service() const {
+    const auto fits = [&](std::size_t k, Nanoseconds client) {
+        return solve(level_of_service(k, client), client, Nanoseconds{0}, Wanted::whether).response <= client;
     };
-    const Nanoseconds limit = kResponseLimit * client;
-    Nanoseconds response = least_response(above, lowest, own, &ios_[k]).value_or(limit + Nanoseconds{1});
-    for (int step = 0; response <= limit; ++step) {
-        const Nanoseconds next = step < kSteps ? demand_in(response) : limit + Nanoseconds{1};
-        if (next <= response) break;
-        response = next;
+    FixedVector<Nanoseconds, kMainVcpuLimit> tight;
+    if (std::ranges::any_of(ios_, [](const Vcpu& io) { return io.client_period == Nanoseconds{0}; })) {
+        for (const Nanoseconds client : client_periods_) {
+            if (!fits(kNone, client)) tight.push_back(client);
+        }
     }
-    return {ios_[k].id, response, client};
+    for (std::size_t k = 0; k < ios_.size(); ++k) {
+        const Nanoseconds named = ios_[k].client_period;
+        if (named > Nanoseconds{0}) {
+            if (!fits(k, named)) return LateService{k, named, service_response(k, named)};
+            continue;
+        }
+        for (const Nanoseconds client : tight) {
+            if (!fits(k, client)) return LateService{k, client, service_response(k, client)};
+        }
+    }
+    return std::nullopt;
+}
+
+/// As above, with the term that counts each service as a whole one, and two at the least. The
+/// lowest loop is asked first: it has the most to bear.
+bool CompletionTime::meets_beside_whole_services() const {
+    const auto whole_services = [this](std::size_t k, Nanoseconds longest, Nanoseconds window) {
+        Nanoseconds most{};
+        const auto consider = [&](Nanoseconds client) {
+            if (client > longest) return;
+            const Nanoseconds service = service_of(ios_[k], client, overhead_);
+            const Nanoseconds rest = std::max(window - service, Nanoseconds{0});
+            most = std::max(most, (1 + div_ceil(rest.count(), client.count())) * service);
+        };
+        if (ios_[k].client_period > Nanoseconds{0}) {
+            consider(ios_[k].client_period);
+        } else {
+            std::ranges::for_each(client_periods_, consider);
+        }
+        return most;
+    };
+    for (std::size_t i = loops_.size(); i-- > 0;) {
+        const Nanoseconds longest = shares_priority(i) ? kPeriodMax : period(i);
+        Level level = level_of(i);
+        level.services = {};
+        Nanoseconds window{}, asked = level.own;
+        for (int step = 0; asked > window && asked <= period(i); ++step) {
+            if (step == kSteps) return false;
+            window = asked;
+            asked = demand(level, window);
+            for (std::size_t k = 0; k < ios_.size(); ++k) asked += whole_services(k, longest, window);
+        }
+        if (asked > period(i)) return false;
+    }
+    return true;
 }
 
 bool CompletionTime::blocks_after_each_sleep(VcpuId id) const {
@@ -295,7 +331,7 @@ bool CompletionTime::blocks_after_each_sleep(VcpuId id) const {
 bool CompletionTime::every_loop_meets() const {
     Nanoseconds at_least{};
     for (std::size_t i = 0; i < loops_.size(); ++i) {
-        const Solution solution = solve(i, period(i), at_least, Wanted::whether);
+        const Solution solution = solve(level_of(i), period(i), at_least, Wanted::whether);
         if (solution.response > period(i)) return false;
         at_least = next_at_least(i, solution.at_least);
     }
@@ -305,7 +341,8 @@ bool CompletionTime::every_loop_meets() const {
 /// R <= T where some window up to T has more time than is asked for. The gap is widest just before
 /// something is asked for: looked at are the last such windows, and T.
 Nanoseconds CompletionTime::room(std::size_t i) const {
-    const auto gap = [&](Nanoseconds window) { return window - demand(i, window); };
+    const Level level = level_of(i);
+    const auto gap = [&](Nanoseconds window) { return window - demand(level, window); };
     Nanoseconds room = std::max(gap(period(i)), Nanoseconds{0});
     for (std::size_t j = 0; j < delaying(i); ++j) {
         const std::int64_t before = (period(i) + jitter(j)).count() / period(j).count();
@@ -333,15 +370,35 @@ Shares CompletionTime::shares(std::size_t i, Nanoseconds window) const {
         overhead += releases(j, window) * (activation_[j] + by_handlers_[j] + allowance_[j]);
         push(Share::Kind::main, loops_[j].id, releases(j, window) * loops_[j].budget);
     }
-    for (std::size_t k = 0; k < ios_.size(); ++k) {
-        const IoDemand worst = worst_io_demand(k, i, window);
-        push(Share::Kind::io, ios_[k].id, worst.services * worst.budget);
-    }
-    for (const PlatformInterferer& interferer : overheads_.interferers) {
-        push(Share::Kind::platform, 0, interferer.interference(window), interferer.name);
-    }
+    push_services(shares, level_of(i), window);
     push(Share::Kind::overhead, 0, overhead);
     return shares;
+}
+
+Shares CompletionTime::io_shares(std::size_t k, Nanoseconds client, Nanoseconds window) const {
+    const Level level = level_of_service(k, client);
+    Shares shares;
+    Nanoseconds overhead{};
+    shares.push_back({Share::Kind::io, ios_[k].id, {}, level.own});
+    for (std::size_t j = 0; j < level.loops; ++j) {
+        overhead += releases(j, window) * (activation_[j] + by_handlers_[j] + allowance_[j]);
+        shares.push_back({Share::Kind::main, loops_[j].id, {}, releases(j, window) * loops_[j].budget});
+    }
+    push_services(shares, level, window);
+    if (overhead > Nanoseconds{0}) shares.push_back({Share::Kind::overhead, 0, {}, overhead});
+    return shares;
+}
+
+/// Bottom halves and the platform.
+void CompletionTime::push_services(Shares& shares, const Level& level, Nanoseconds window) const {
+    for (std::size_t k = 0; k < ios_.size(); ++k) {
+        if (level.services[k] > Nanoseconds{0})
+            shares.push_back({Share::Kind::io, ios_[k].id, {}, io_demand(level, k, window)});
+    }
+    for (const PlatformInterferer& interferer : overheads_.interferers) {
+        const Nanoseconds taken = interferer.interference(window);
+        if (taken > Nanoseconds{0}) shares.push_back({Share::Kind::platform, 0, interferer.name, taken});
+    }
 }
 
 }  // namespace qduino::sched

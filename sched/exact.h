@@ -50,4 +50,30 @@ class Divisor {
     double inverse_ = 1;
 };
 
+/// A share budget/period that much is multiplied with: as above, one multiplication gives the
+/// product but for the last unit.
+class Rate {
+  public:
+    constexpr Rate() = default;
+    /// Contract: budget >= 0, period > 0.
+    constexpr Rate(Nanoseconds budget, Nanoseconds period)
+        : budget_(budget.count()),
+          period_(period.count()),
+          ratio_(static_cast<double>(budget.count()) / static_cast<double>(period.count())) {}
+
+    /// ⌈time·budget/period⌉. Contract: time >= 0, and the result is below 2^52.
+    [[nodiscard]] constexpr Nanoseconds ceil(Nanoseconds time) const {
+        const Int128 asked = Int128{time.count()} * budget_;
+        auto product = static_cast<std::int64_t>(static_cast<double>(time.count()) * ratio_);
+        while (Int128{product} * period_ < asked) ++product;
+        while (Int128{product - 1} * period_ >= asked) --product;
+        return Nanoseconds{product};
+    }
+
+  private:
+    std::int64_t budget_ = 0;
+    std::int64_t period_ = 1;
+    double ratio_ = 0;
+};
+
 }  // namespace qduino::sched

@@ -117,21 +117,23 @@ constexpr Words<RefusedBecause::none, RefusedBecause::no_core_fits> kReasons{
     "the I/O VCPUs ask for more than the core",
     "",
     "",
+    "",
 };
 
 /// Why, in one line, after "X (C in T) is refused on core k:".
 void write_reason(Explanation& out, const Refusal& refusal) {
     if (refusal.because == RefusedBecause::core_owned) write(out, name_of(refusal.other));
     write(out, kReasons(refusal.because));
-    const bool analysed =
-        refusal.because == RefusedBecause::completion_time || refusal.because == RefusedBecause::no_core_fits;
+    const bool analysed = is_late(refusal.because) || refusal.because == RefusedBecause::no_core_fits;
     if (!analysed) return;
     const LoopResponse& late = refusal.response;
     if (late.id == 0) {
         write(out, "no core takes it"sv);
         return;
     }
-    if (late.id != refusal.vcpu.id || refusal.vcpu.is_io())
+    if (refusal.late == VcpuKind::io)
+        write(out, name_of(late.id, refusal.late), " would be served late for a loop of its core:\n  "sv);
+    else if (late.id != refusal.vcpu.id)
         write(out, name_of(late.id), " would miss its period, "sv);
     write_response(out, late);
 }

@@ -51,8 +51,8 @@ struct PlatformOverheads {
     /// What ordinary programs of this core have been promised below all loops; budget 0: nothing.
     /// It never refuses a loop. Servers are chosen so that it keeps its place (admission.h).
     VcpuParameters below{};
-    /// How many priorities the board tells apart. Loops beyond share the last one.
-    std::size_t priorities = kMainVcpuLimit;
+    /// How many priorities the board tells apart. VCPUs beyond share the last one.
+    std::size_t priorities = kMainVcpuLimit + kIoVcpuLimit;
 
     /// Of one activation of a VCPU.
     [[nodiscard]] Nanoseconds per_activation() const { return release_cost + enforcement_cost; }

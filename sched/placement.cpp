@@ -99,7 +99,7 @@ bool place_pinned(std::span<const Vcpu> requests, MulticoreAdmission& result) {
     count_remote_waits(result.loads);
     if (!refuse_first(result)) return true;
     Refusal& refusal = result.refusal;
-    if (refusal.because == RefusedBecause::completion_time)
+    if (is_late(refusal.because))
         refusal.remedy =
             smallest_change(result.loads, static_cast<std::size_t>(result.refused_core), refusal.vcpu.id);
     for (const Vcpu& request : requests) {

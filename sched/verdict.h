@@ -26,8 +26,14 @@ enum class RefusedBecause : std::uint8_t {
     too_many,         ///< more VCPUs than a core takes
     io_overload,      ///< no loops, and the I/O VCPUs alone ask for more than the core
     completion_time,  ///< R > T
+    late_service,     ///< a bottom half's R for some client > that client's T: no share of U
     no_core_fits,     ///< asked for any core, and each one refuses it (placement.h)
 };
+
+/// Some R is above its T: a smaller request may help.
+[[nodiscard]] constexpr bool is_late(RefusedBecause because) {
+    return because == RefusedBecause::completion_time || because == RefusedBecause::late_service;
+}
 
 /// One loop's result. Also computed when the bound has decided, for the report.
 struct LoopResponse {
@@ -69,10 +75,12 @@ struct Remedy {
 
 struct Refusal {
     RefusedBecause because = RefusedBecause::none;
-    Vcpu vcpu;              ///< the VCPU refused, as asked
-    VcpuId other = 0;       ///< core_owned: who owns it; duplicate_id: the same id
-    LoopResponse response;  ///< completion_time
-    Shares shares;          ///< completion_time: in one period of that loop; their sum exceeds it
+    Vcpu vcpu;         ///< the VCPU refused, as asked
+    VcpuId other = 0;  ///< core_owned: who owns it; duplicate_id: the same id
+    /// completion_time; late_service: of the I/O VCPU, with its client's period.
+    LoopResponse response;
+    VcpuKind late = VcpuKind::main;  ///< whose that is
+    Shares shares;                   ///< of such: in that period; their sum exceeds it
     /// With which loops that loop shares locks across cores (remote_blocking.h).
     FixedVector<VcpuId, kMainVcpuLimit> sharers;
     Remedy remedy;

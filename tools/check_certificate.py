@@ -12,15 +12,18 @@ Where demand(R) <= R, the least solution of the equation is at most R (the deman
 bound, however it was found. All in whole nanoseconds and exact fractions.
 
   demand(i, w) = C_i + S_i + B_i + V_i + sum over loops j that can delay i of ceil((w + J_j)/T_j) C_j
-                 + sum over bottom halves of max over clients q (1 + ceil((w - U T_q)/T_q)) U T_q
+                 + sum over bottom halves of D + ceil(U (w - D)), D: U T_q of the longest client q that can delay loop i
                  + sum over interferers of ceil((w + jitter)/interval) cost + (1 + sleeps) late
 
 C with what an activation and further waits cost, and the waits for handlers that hold a lock; of others with what they have beside the
 budget to pay for interrupts; late: how late a loop wakes; edges of a bottom half's pins are an interferer; V: waits for locks of other
 cores, each no longer than the claimed longest one W, which is put into its own equation: what the cores of the holders can execute in W,
 at the waiter's rank or above, is less than W (the head of sched/remote_blocking.h has the argument); B: Sha, Rajkumar, Lehoczky, IEEE ToC
-1990; S, J: Audsley et al., 1993; Chen et al., 2019; bottom halves: Missimer, Missimer, West, ECRTS 2016. A core that the utilisation bound
-admits is held against that bound instead (Liu, Layland, JACM 1973; the bottom halves' part: Danish, Li, West, RTAS 2011).
+1990; S, J: Audsley et al., 1993; Chen et al., 2019; bottom halves: Danish, Li, West, RTAS 2011, each service but the last giving its time
+back at U. At one period a loop goes before them, where no lock lends anybody a rank and none is shared. Whichever loop of its core a bottom
+half works for: from when a service may begin, the same demand of a window of that loop's period is at most that period, or each loop meets
+by the paper's term (Missimer, Missimer, West, ECRTS 2016) as well. A core that the
+utilisation bound admits is held against that bound instead (Liu, Layland, JACM 1973; the bottom halves' part: Danish, Li, West, RTAS 2011).
 """
 import argparse
 import copy
@@ -35,6 +38,17 @@ FIRST_IO, DAY = 33, 24 * 3600 * 10**9
 
 def ceil(a, b):
     return -(-a // b)
+
+
+def within(asked, limit):
+    """Some window of at most `limit` has as much time as is asked for in it. Tried are those that a shorter one asks for."""
+    window = 0
+    while window <= limit:
+        more = asked(window)
+        if more <= window:
+            return True
+        window = more
+    return False
 
 
 def rank(loop):
@@ -107,16 +121,22 @@ class Core:
         length = sum(s["length_ns"] for s in self.sections if s["vcpu"] == loop["id"] and not s["assumed"])
         return min(length, loop["budget_ns"]) + self.requests(loop) * self.claim["wait_ns"]
 
+    def told_apart(self):
+        return len(self.loops) + len(self.ios) <= self.claim["priorities"]
+
     def last_priority(self, i):
-        """Loop i has the lowest priority that the core tells apart, and shares it."""
-        return i + 1 >= self.claim["priorities"]
+        """Loop i may have the lowest priority that the core tells apart, and share it."""
+        return not self.told_apart() and i + 1 + len(self.ios) >= self.claim["priorities"]
 
     def delaying(self, i):
         return [loop for j, loop in enumerate(self.loops) if j != i and (j < i or self.last_priority(i))]
 
-    def clients(self, io, i):
-        periods = [io["client_period_ns"]] if io["client_period_ns"] else [loop["period_ns"] for loop in self.loops]
-        return [t for t in periods if t <= self.loops[i]["period_ns"] or self.last_priority(i)]
+    def clients(self, io):
+        return [io["client_period_ns"]] if io["client_period_ns"] else sorted({loop["period_ns"] for loop in self.loops})
+
+    def delaying_clients(self, io, i):
+        own, ordered = self.loops[i]["period_ns"], self.told_apart() and not self.sections
+        return [t for t in self.clients(io) if self.last_priority(i) or t < own or t == own and not ordered]
 
     def blocking(self, i):
         """By locks that stay on this core."""
@@ -135,10 +155,34 @@ class Core:
         return min(by_loop, by_lock)
 
     def service(self, io, period):
+        return max(io["budget_ns"] * period // io["period_ns"], self.overhead + 1)
+
+    def service_per_period(self, io, period):
+        """Rounded up: services of so much come no more often than once in a period."""
         return max(ceil(io["budget_ns"] * period, io["period_ns"]), self.overhead + 1)
 
-    def io_demand(self, io, i, window):
-        return max([(1 + ceil(max(window - self.service(io, t), 0), t)) * self.service(io, t) for t in self.clients(io, i)], default=0)
+    def meets_beside_whole_services(self, i):
+        """Loop i, where each service is counted as a whole one, two at the least, also before loops of its client's period (Missimer, Missimer,
+        West, ECRTS 2016)."""
+        own = self.loops[i]["period_ns"]
+
+        def asked(window):
+            total = self.demand(i, window)
+            for io in self.ios:
+                most = 0
+                for client in (t for t in self.clients(io) if t <= own or self.last_priority(i)):
+                    service = self.service_per_period(io, client)
+                    most = max(most, (1 + ceil(max(window - service, 0), client)) * service)
+                total += most - self.io_demand(io, self.delaying_clients(io, i), window)
+            return total
+
+        return within(asked, own)
+
+    def io_demand(self, io, clients, window):
+        if not clients:
+            return 0
+        longest = max(self.service(io, t) for t in clients)
+        return longest + ceil(max(window - longest, 0) * io["budget_ns"], io["period_ns"])
 
     def releases(self, loop, window):
         jitter = loop["period_ns"] - loop["budget_ns"]
@@ -154,7 +198,7 @@ class Core:
         total += loop["suspension_ns"] + begins * self.blocking(i) + min(begins, 2) * self.computer.lifted(self, loop)
         total += waits * self.computer.executed(self, loop, loop["longest_wait_ns"], own_core=False)
         total += sum(self.releases(other, window) * self.cost(other) for other in self.delaying(i))
-        total += sum(self.io_demand(io, i, window) for io in self.ios)
+        total += sum(self.io_demand(io, self.delaying_clients(io, i), window) for io in self.ios)
         return total + self.taken_by_platform(window)
 
     def ends_within(self, loop):
@@ -177,15 +221,32 @@ class Core:
             amount = self.cost(loop) if whole else self.locked(loop)
             total += ceil(window + max(self.ends_within(loop) - amount, 0), loop["period_ns"]) * amount
         for io in self.ios:
-            clients = [io["client_period_ns"]] if io["client_period_ns"] else [loop["period_ns"] for loop in self.loops]
-            total += max([(2 + ceil(max(window - self.service(io, t), 0), t)) * self.service(io, t) for t in clients if above(t)], default=0)
+            total += max([(2 + ceil(max(window - self.service_per_period(io, t), 0), t)) * self.service_per_period(io, t) for t in self.clients(io) if above(t)], default=0)
         return total
 
     def taken(self, window):
         """By all of them, for one that has the lowest priority of all."""
-        last = len(self.loops) - 1
         return (sum(self.releases(loop, window) * self.cost(loop) for loop in self.loops) + self.taken_by_platform(window)
-                + sum(self.io_demand(io, last, window) for io in self.ios))
+                + sum(self.io_demand(io, self.clients(io), window) + max(self.service(io, t) for t in self.clients(io)) for io in self.ios))
+
+    def asked_by_service(self, io, client, window):
+        """By a service of a bottom half and all that goes first, from when it may begin."""
+        above = [loop for loop in self.loops if loop["period_ns"] <= client]
+        shares = not self.told_apart() and len(above) + len(self.ios) >= self.claim["priorities"]
+        total = self.service(io, client) + self.waits_of_handler(io) + self.taken_by_platform(window)
+        total += sum(self.releases(loop, window) * self.cost(loop) for loop in (self.loops if shares else above))
+        for other in self.ios:
+            if other is not io:
+                total += self.io_demand(other, [t for t in self.clients(other) if shares or t <= client], window)
+        return total
+
+    def waits_of_handler(self, io):
+        """For loops that hold a lock of its handler, or one that is connected with it: each lock once."""
+        locks = self.connected({s["lock"] for s in self.local() if s["vcpu"] == io["id"]})
+        return sum(max((s["length_ns"] for s in self.local() if s["lock"] == lock and s["vcpu"] < FIRST_IO), default=0) for lock in locks)
+
+    def fits(self, io, client):
+        return within(lambda window: self.asked_by_service(io, client, window), client)
 
     def taken_by_platform(self, window):
         return sum(ceil(window + each["jitter_ns"], each["interval_ns"]) * each["cost_ns"] for each in self.interferers)
@@ -193,7 +254,7 @@ class Core:
     def within_bound(self):
         """(1 + u/n)^n <= 2, where the bound may be used at all."""
         n = len(self.loops)
-        if self.sections or self.claim["kept_ns"] or self.claim["wake_ns"] or n > self.claim["priorities"] or any(loop["deferrable"] for loop in self.loops):
+        if self.sections or self.claim["kept_ns"] or self.claim["wake_ns"] or not self.told_apart() or any(loop["deferrable"] for loop in self.loops):
             return False
         u = sum(Fraction(self.cost(loop), loop["period_ns"]) for loop in self.loops)
         for io in self.ios:
@@ -241,6 +302,10 @@ class Core:
             elif self.computer.waits(self.loops[0]["id"]):
                 yield "claimed as owned, by a loop that waits for other cores"
             return
+        late = [(io, client) for io in self.ios if self.loops for client in self.clients(io) if not self.fits(io, client)]
+        if late and not all(self.meets_beside_whole_services(i) for i in range(len(self.loops))):
+            for io, client in late:
+                yield "bottom half %d: a service for a client of %d ns does not end within that" % (io["id"], client)
         by_bound = bool(self.loops) and self.within_bound()
         for i, loop in enumerate(self.loops):
             if loop["suspension_ns"] and not loop["deferrable"]:
@@ -392,10 +457,8 @@ class Chain:
             return
         core, io = found[0]
         client = io["client_period_ns"] or core.loops[0]["period_ns"]
-        above = [loop for loop in core.loops if loop["period_ns"] <= client]
-        lowest, window = max(len(above), 1) - 1, stage["response_ns"]
-        asked = (core.service(io, client) + sum(core.releases(loop, window) * core.cost(loop) for loop in above)
-                 + sum(core.io_demand(other, lowest, window) for other in core.ios if other is not io) + core.taken_by_platform(window))
+        window = stage["response_ns"]
+        asked = core.asked_by_service(io, client, window)
         if asked > window or stage["replenishment_ns"] < client:
             yield "chain %s: claimed R = %d ns of bottom half %d, but up to then %d ns are asked for" % (name, window, stage["id"], asked)
 
@@ -550,8 +613,12 @@ def self_test():
     golden = core([loop(1, 30, 100, 50), loop(2, 20, 100, 86), loop(3, 4, 10, 4)])
     locks = core([loop(1, 2, 12, 7), loop(2, 6, 35, 8)], sections=[section(1, 0, 1), section(2, 0, 5)])
     asleep = core([loop(1, 6, 20, 6), loop(2, 8, 30, 29, suspension_ns=9, deferrable=True)])
-    io = core([loop(1, 6, 10, 8), loop(2, 5, 40, 37)],
-              ios=[handler(33, 1, 10)])
+    # 6; 5 + ceil(w/10) 6 + 1 + (w - 1)/10.
+    io = core([loop(1, 6, 10, 6), loop(2, 5, 40, 20)], ios=[handler(33, 1, 10)])
+    # It may go before loop 1, too: 6 + 1 + (7 - 1)/10 up.
+    same = core([loop(1, 6, 10, 8)], ios=io["cores"][0]["ios"], priorities=1)
+    # A service that meets loop 1 twice needs 1 + 2*6; the paper's term asks for 6 + 2*1.
+    early = core([loop(1, 6, 10, 6, deferrable=True)], ios=[handler(33, 1, 10)])
     owned = core([loop(1, 10, 10, 10)], owned=True)
     # Loop 1 waits for loop 2, and loop 2 for loop 1, and for loop 3 that may run meanwhile.
     apart = core([loop(1, 2, 20, 7, deferrable=True, longest_wait_ns=6)], sections=[section(1, 0, 1)])
@@ -562,9 +629,9 @@ def self_test():
     # more.
     paid = core([loop(1, 50, 100, 60), loop(2, 40, 200, 180)], victim_pays=True,
                 interferers=[{"cost_ns": 10, "interval_ns": 100, "jitter_ns": 0}])
-    edges = core([loop(1, 60, 100, 80), loop(2, 10, 300, 178)], ios=[handler(33, 2, 100) | {"edge_ns": 1, "edge_interval_ns": 5}])
+    edges = core([loop(1, 60, 100, 75), loop(2, 10, 300, 170)], ios=[handler(33, 2, 100) | {"edge_ns": 1, "edge_interval_ns": 5}])
     # The handler may hold the lock without budget, whatever its rank.
-    held = core([loop(1, 4, 20, 14), loop(2, 5, 60, 35)], ios=[handler(33, 1, 20)], sections=[section(1, 0, 1), section(33, 0, 8)])
+    held = core([loop(1, 4, 20, 14), loop(2, 5, 60, 34)], ios=[handler(33, 1, 20)], sections=[section(1, 0, 1), section(33, 0, 8)])
     kept = core([loop(1, 50, 100, 50), loop(2, 39, 100, 99)], kept_ns=10, kept_period_ns=100)
 
     chained = core([loop(1, 2, 10, 3), loop(2, 4, 40, 8)],
@@ -593,13 +660,15 @@ def self_test():
             certificate["chains"][number][key] = value
         return certificate
 
-    good = [golden, locks, asleep, io, owned, kept, apart, late, paid, edges, held, chained]
+    good = [golden, locks, asleep, io, same, early, owned, kept, apart, late, paid, edges, held, chained]
     bad = [broken(golden, less(0)), broken(golden, less(1)), broken(golden, lambda c: c["loops"][2].update(budget_ns=5)),
            broken(golden, lambda c: c["interferers"].append({"cost_ns": 15, "interval_ns": 100, "jitter_ns": 0})),
            broken(golden, lambda c: c.update(activation_ns=2)), broken(golden, lambda c: c["loops"][0].update(id=2)),
            broken(locks, less(0)), broken(locks, lambda c: c["sections"][1].update(length_ns=6)),
            broken(asleep, lambda c: c["loops"][1].update(deferrable=False)), broken(asleep, lambda c: c["loops"][1].update(suspension_ns=11)),
-           broken(io, less(0)), broken(kept, lambda c: c["loops"][1].update(budget_ns=41)), broken(owned, lambda c: c["loops"].append(loop(2, 1, 10, 1))), {"certificate": 1}, [], {"certificate": 3}, {"certificate": 3, "cores": [7]},
+           broken(io, less(0)), broken(io, less(1)), broken(same, less(0)), broken(early, lambda c: c["ios"][0].update(budget_ns=3)), broken(io, lambda c: c["ios"][0].update(budget_ns=5)),
+           broken(kept, lambda c: c["loops"][1].update(budget_ns=41)), broken(owned, lambda c: c["loops"].append(loop(2, 1, 10, 1))),
+           {"certificate": 1}, [], {"certificate": 3}, {"certificate": 3, "cores": [7]},
            broken(late, less(0)), broken(late, lambda c: c.update(wake_ns=3)), broken(paid, less(1)), broken(paid, less(0)),
            broken(edges, less(0)), broken(edges, lambda c: c["ios"][0].update(edge_ns=2)), broken(edges, lambda c: c["ios"][0].update(edge_interval_ns=0)),
            broken(held, less(0)), broken(held, less(1)), broken(held, lambda c: c["sections"][1].update(length_ns=9)),

@@ -26,8 +26,8 @@ constexpr Words<sched::AdmittedBy::bound, sched::AdmittedBy::owned> kAdmittedBy{
                                                                                 "owned"};
 
 constexpr Words<RefusedBecause::none, RefusedBecause::no_core_fits> kRefusedBecause{
-    "none",     "bad_parameters", "duplicate_id",    "core_owned",  "no_such_core",
-    "too_many", "io_overload",    "completion_time", "no_core_fits"};
+    "none",     "bad_parameters", "duplicate_id",    "core_owned",   "no_such_core",
+    "too_many", "io_overload",    "completion_time", "late_service", "no_core_fits"};
 
 constexpr Words<sched::Share::Kind::own, sched::Share::Kind::overhead> kShares{
     "own", "sleep", "blocking", "remote", "loop", "io", "platform", "overhead"};

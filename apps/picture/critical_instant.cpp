@@ -60,8 +60,12 @@ class CriticalCore {
     void release() {
         for (Loop& loop : loops_) {
             if (loop.next_release > now_) continue;
-            if (loop.wanted == Nanoseconds{0}) {
+            if (loop.vcpu.is_io()) {
+                scheduler_.wake_io(loop.vcpu.id, now_, client_period(loop.vcpu));
+            } else if (loop.wanted == Nanoseconds{0}) {
                 scheduler_.wake(loop.vcpu.id, now_);
+            }
+            if (loop.wanted == Nanoseconds{0}) {
                 loop.overhead = overheads_.per_activation();
                 loop.of_first = loop.vcpu.budget;
             }
@@ -76,6 +80,16 @@ class CriticalCore {
             loop.next_release += loop.vcpu.period;
             recorder_.released(loop.vcpu.core, loop.vcpu.id, now_, loop.next_release);
         }
+    }
+
+    /// As boards have it: the one that it names, or the shortest of its core.
+    [[nodiscard]] Nanoseconds client_period(const sched::Vcpu& io) const {
+        if (io.client_period > Nanoseconds{0}) return io.client_period;
+        Nanoseconds shortest = Nanoseconds::max();
+        for (const Loop& loop : loops_) {
+            if (!loop.vcpu.is_io()) shortest = std::min(shortest, loop.vcpu.period);
+        }
+        return shortest == Nanoseconds::max() ? io.period : shortest;
     }
 
     void interrupt() {

@@ -3,10 +3,11 @@
 // (Liu, Layland, JACM 1973: the critical instant). The scheduler is the one that also runs the
 // simulator.
 //
-// An I/O VCPU has work all the time, at its own period. That is not the worst that admission counts
-// for it. Waits for locks, sleeps, and the two budgets that a deferrable server may give in close
-// succession (sched/deferrable_server.h) are not drawn at all. So a loop's first end is at most its
-// R, and just its R on a core without any of these.
+// An I/O VCPU has work all the time, for the loop of the shortest period or the client that it
+// names. That is not the worst that admission counts for it. Waits for locks, sleeps, and the two
+// budgets that a deferrable server may give in close succession (sched/deferrable_server.h) are not
+// drawn at all. So a loop's first end is at most its R, and just its R on a core without any of
+// these.
 #pragma once
 
 #include <span>

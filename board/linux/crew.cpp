@@ -58,11 +58,16 @@ Rank rank_of(const VcpuSpec& spec, std::span<const VcpuSpec> all) {
 
 int priority_of(const VcpuSpec& spec, std::span<const VcpuSpec> all, const LinuxConfig& config) {
     if (!config.real_time) return 0;
-    std::set<Rank> higher;
+    std::set<Rank> ranks, on_its_core;
     for (const VcpuSpec& other : all) {
-        if (const Rank rank = rank_of(other, all); rank < rank_of(spec, all)) higher.insert(rank);
+        const Rank rank = rank_of(other, all);
+        ranks.insert(rank);
+        if (other.core == spec.core) on_its_core.insert(rank);
     }
-    return std::max(config.priority_lowest, config.priority_highest - static_cast<int>(higher.size()));
+    const auto enough = static_cast<std::size_t>(config.priority_highest - config.priority_lowest + 1);
+    const std::set<Rank>& told_apart = ranks.size() <= enough ? ranks : on_its_core;
+    const auto higher = std::distance(told_apart.begin(), told_apart.find(rank_of(spec, all)));
+    return std::max(config.priority_lowest, config.priority_highest - static_cast<int>(higher));
 }
 
 Result<void> Crew::add(const VcpuSpec& spec, VcpuThreadOptions options) {

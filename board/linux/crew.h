@@ -26,8 +26,10 @@ inline constexpr Nanoseconds kShortestSharedBudget = 100us;
 Result<void> check_specs(std::span<const VcpuSpec> specs, const LinuxConfig& config, int core_count);
 
 /// SCHED_FIFO priority of `spec` among `all`: rate-monotonic; of equal periods on one core the
-/// lower id first. Where there are more ranks than priorities, the last ones share the lowest. 0:
-/// none is asked for.
+/// lower id first, so a bottom half comes behind the loops of its client's period. Where the
+/// computer has more ranks than priorities, each core has an order of its own (admission then
+/// trusts none between cores); where a core has more, the last ones share the lowest. 0: none is
+/// asked for.
 int priority_of(const VcpuSpec& spec, std::span<const VcpuSpec> all, const LinuxConfig& config);
 
 class Crew {

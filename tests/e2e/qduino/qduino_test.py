@@ -327,7 +327,7 @@ class Qduino(SketchCase):
             void setup() {
               Serial.begin(9600);
               Serial.println("setup was here");
-              const int budget = getenv("TOO_MUCH") ? 60 : 1;
+              const int budget = getenv("TOO_MUCH") ? 61 : 1;
               attachInterruptVcpu(2, pressed, RISING, budget, 100, 0);
             }
             void loop(1, 40, 100, 0) { abort(); }
@@ -341,12 +341,11 @@ class Qduino(SketchCase):
         self.assertIn("io 33 ", self.run_qduino("check", "io").stdout)
 
         refused = self.run_qduino("check", "io", status=2, TOO_MUCH="1")
-        self.assertIn("loop 1 (40 ms in 100 ms) is refused on core 0:\n", refused.stdout)
-        self.assertIn("I/O VCPU 33", refused.stdout)
+        self.assertIn("I/O VCPU 33 (61 ms in 100 ms) is refused on core 0:\n  I/O VCPU 33 would be served late for a loop of its core:\n", refused.stdout)
         report = json.loads(self.run_qduino("check", "io", "--json", status=2, TOO_MUCH="1").stdout)
         self.assertFalse(report["admitted"])
-        self.assertEqual([(r["id"], r["shares"][1]["kind"], r["shares"][1]["id"]) for r in report["refusals"]],
-                         [(1, "io", 33)])
+        self.assertEqual([(r["because"], r["id"], r["io"], r["shares"][1]["kind"], r["shares"][1]["id"]) for r in report["refusals"]],
+                         [("late_service", 33, True, "loop", 1)])
 
     def test_a_bottom_half_changes_its_budget_and_is_held_against_its_promise(self):
         self.write("button/button.ino", """
@@ -369,7 +368,7 @@ class Qduino(SketchCase):
         """)
         done = self.run_qduino("sim", "button", "--for", "0.95", "--report", "held.json")
         self.assertIn("granted 1, refused 0\n", done.stdout)
-        self.assertIn("with this budget, loop 1 on core 0 would need 102 ms of its 100 ms", done.stderr)
+        self.assertIn("with this budget, io 33 on core 0 would need 141 ms of its 100 ms", done.stderr)
         self.assertRegex(" ".join(done.stderr.split()),
                          r"Handlers of io 33: 10 edges, begun 0 ns after it .*; done 2 ms after it at worst. R is 140 ms: kept")
         with open(self.folder / "held.json", encoding="utf-8") as file:

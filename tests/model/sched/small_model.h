@@ -73,6 +73,7 @@ struct Rules {
     /// A release that an interrupt delays has its budget from when it was due. Else the server
     /// begins when the loop wakes.
     bool nominal_release = true;
+    bool loops_go_first = true;  ///< before a bottom half that works for a loop of their period
 };
 
 inline constexpr int kCores = 2, kLoops = 3, kIos = 1, kLocks = 2, kBudget = 10;
@@ -114,7 +115,9 @@ class Explorer {
     Explorer(const Set& set, Rules rules = {}, std::size_t state_limit = 2'000'000)
         : set_(set), rules_(rules), limit_(state_limit) {}
 
-    /// The loop that misses its period in some schedule; none when no schedule has a miss.
+    /// The loop that misses its period in some schedule, or loops() + the bottom half of which a
+    /// service that may run does not end within its client's period; none when no schedule has a
+    /// miss.
     std::optional<int> miss() {
         State first;
         for (std::size_t i = 0; i < set_.loops.size(); ++i) {
@@ -156,9 +159,12 @@ class Explorer {
             const int io = chooser - loops();
             if (state.ios[index(io)].work > 0) return;
             for (int client = 0; client < loops(); ++client) {
-                State asked = state;
-                ask(asked, io, set_.loops[index(client)].period);
-                choose(asked, chooser + 1);
+                const int period = set_.loops[index(client)].period;
+                for (const int work : {1, 2 * share(io, period)}) {
+                    State asked = state;
+                    ask(asked, io, period, work);
+                    choose(asked, chooser + 1);
+                }
             }
         } else {
             State next = state;
@@ -206,11 +212,11 @@ class Explorer {
         const Io& server = set_.ios[index(io)];
         return std::max(1, server.budget * client / server.period);
     }
-    /// More work than one service takes, so that it is served again and again.
-    void ask(State& state, int i, int client) {
+    /// One tick, or more work than one service takes, so that it is served again and again.
+    void ask(State& state, int i, int client, int work) {
         IoState& io = state.ios[index(i)];
         const int section = set_.ios[index(i)].section;
-        io.work = static_cast<std::uint8_t>(std::max(2 * share(i, client), section));
+        io.work = static_cast<std::uint8_t>(std::max(work, section));
         io.section = static_cast<std::uint8_t>(section);
         io.lock = section > 0 ? IoLock::wants : IoLock::none;
         open(io, i, client);
@@ -379,7 +385,8 @@ class Explorer {
     }
     [[nodiscard]] int io_rank(const State& state, int io) const {
         const int period = state.ios[index(io)].client;
-        return (rules_.shorter_period_first ? period : 100 - period) * 16 + loops() + io;
+        const int place = rules_.loops_go_first ? loops() + io : io - ios();
+        return (rules_.shorter_period_first ? period : 100 - period) * 16 + place;
     }
     /// The loop, or loops() + the bottom half, that has the core; −1: it idles.
     [[nodiscard]] int chosen(const State& state, int core) const {
@@ -484,10 +491,16 @@ class Explorer {
         }
         if (io.work == 0) return;
         ++io.since;
-        if (!runs) return;
+        if (!runs) {
+            if (io.since >= io.client) missed_ = loops() + i;
+            return;
+        }
         --io.work;
         ++io.used;
-        if (--io.remaining > 0 && io.work > 0) return;
+        if (--io.remaining > 0 && io.work > 0) {
+            if (io.since >= io.client) missed_ = loops() + i;
+            return;
+        }
         const Io& server = set_.ios[index(i)];
         const int back = (io.used * server.period + server.budget - 1) / server.budget;
         io.wait = static_cast<std::uint8_t>(std::max(0, back - io.since));

@@ -29,20 +29,43 @@ inline std::int64_t watched_response(const std::vector<NaiveLoop>& loops, std::s
     return limit + 1;
 }
 
+inline std::int64_t divided_up(std::int64_t a, std::int64_t b) { return a <= 0 ? 0 : (a + b - 1) / b; }
+
+inline std::int64_t service_for(std::int64_t client, const NaiveLoop& io) {
+    return std::max<std::int64_t>(io.budget * client / io.period, 1);
+}
+
+/// What a bottom half takes in a window whose longest service is of `client`: that one, and its
+/// share of the rest.
+inline std::int64_t naive_io(const NaiveLoop& io, std::int64_t client, std::int64_t window) {
+    const std::int64_t share = service_for(client, io);
+    return share + divided_up((window - share) * io.budget, io.period);
+}
+
 /// Right side of the equation for loop `i`, term by term; U·T rounded up as the analysis does.
 inline std::int64_t naive_demand(const std::vector<NaiveLoop>& loops, const std::vector<NaiveLoop>& ios,
                                  std::size_t i, std::int64_t window) {
-    const auto up = [](std::int64_t a, std::int64_t b) { return a <= 0 ? 0 : (a + b - 1) / b; };
     std::int64_t sum = loops[i].budget;
-    for (std::size_t j = 0; j < i; ++j) sum += up(window, loops[j].period) * loops[j].budget;
+    for (std::size_t j = 0; j < i; ++j) sum += divided_up(window, loops[j].period) * loops[j].budget;
     for (const NaiveLoop& io : ios) {
         std::int64_t worst = 0;
-        for (std::size_t q = 0; q <= i; ++q) {
-            const std::int64_t t = loops[q].period;
-            const std::int64_t share = up(io.budget * t, io.period);
-            worst = std::max(worst, (1 + up(window - share, t)) * share);
-        }
+        for (std::size_t q = 0; q < i && loops[q].period < loops[i].period; ++q)
+            worst = std::max(worst, naive_io(io, loops[q].period, window));
         sum += worst;
+    }
+    return sum;
+}
+
+/// The same for a service of bottom half `k` for a client of `client`.
+inline std::int64_t naive_service_demand(const std::vector<NaiveLoop>& loops,
+                                         const std::vector<NaiveLoop>& ios, std::size_t k,
+                                         std::int64_t client, std::int64_t window) {
+    std::int64_t sum = service_for(client, ios[k]);
+    for (const NaiveLoop& loop : loops) {
+        if (loop.period <= client) sum += divided_up(window, loop.period) * loop.budget;
+    }
+    for (std::size_t other = 0; other < ios.size(); ++other) {
+        if (other != k) sum += naive_io(ios[other], client, window);
     }
     return sum;
 }

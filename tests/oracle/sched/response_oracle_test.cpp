@@ -7,6 +7,7 @@
 #include <random>
 
 #include "sched/admission.h"
+#include "sched/completion_time.h"
 #include "tests/oracle/sched/naive_response.h"
 #include "tests/unit/sched/analyse.h"
 
@@ -84,6 +85,39 @@ TEST(ResponseOracle, WithIoTheIterationFindsTheLeastSolution) {
     EXPECT_GT(found, 1000);
 }
 
+TEST(ResponseOracle, AServiceIsLateWhereNoWindowUpToItsClientsPeriodIsLongEnough) {
+    std::mt19937_64 random{7};
+    int in_time = 0, late = 0;
+    for (int round = 0; round < 2000; ++round) {
+        const NaiveSet set = random_set(random, 3);
+        const auto fits = [&](std::size_t k, std::int64_t client) {
+            std::int64_t window = 1;
+            while (window <= client && naive_service_demand(set.loops, set.ios, k, client, window) > window)
+                ++window;
+            return window <= client;
+        };
+        bool all_fit = true;
+        for (std::size_t k = 0; k < set.ios.size(); ++k) {
+            for (const NaiveLoop& client : set.loops) all_fit &= fits(k, client.period);
+        }
+        const CoreLoad load = load_of(set);
+        const auto found = CompletionTime{load}.late_service();
+        ASSERT_EQ(all_fit, !found) << "round " << round;
+        ++(all_fit ? in_time : late);
+        if (!found) continue;
+        ASSERT_FALSE(fits(found->io, found->client.count())) << "round " << round;
+        ASSERT_GT(found->response, found->client);
+        if (found->response <= kResponseLimit * found->client) {
+            const Shares shares = CompletionTime{load}.io_shares(found->io, found->client, found->response);
+            Nanoseconds sum{};
+            for (const Share& share : shares) sum += share.amount;
+            ASSERT_EQ(sum, found->response) << "round " << round;
+        }
+    }
+    EXPECT_GT(in_time, 300);
+    EXPECT_GT(late, 300);
+}
+
 /// A full core as a board has it: 32 loops and up to 31 bottom halves, sleeps, jitter, costs,
 /// interrupts.
 CoreLoad full_load(std::mt19937_64& random) {
@@ -108,7 +142,7 @@ CoreLoad full_load(std::mt19937_64& random) {
     load.overheads.release_cost = Nanoseconds{pick(0, 20'000)};
     load.overheads.interferers.push_back(
         {"tick", Nanoseconds{pick(0, 30'000)}, 4ms, Nanoseconds{pick(0, 3'000'000)}});
-    if (pick(0, 3) == 0) load.overheads.priorities = static_cast<std::size_t>(pick(20, 40));
+    if (pick(0, 3) == 0) load.overheads.priorities = static_cast<std::size_t>(pick(20, 64));
     return load;
 }
 
@@ -120,7 +154,9 @@ std::int64_t slow_response(const CoreLoad& load, std::size_t i, std::int64_t lim
         return std::pair{a.period, a.id} < std::pair{b.period, b.id};
     });
     const std::int64_t overhead = load.overheads.release_cost.count();
-    const bool shares = i + 1 >= load.overheads.priorities;
+    const std::size_t vcpus = loops.size() + load.ios.size(), priorities = load.overheads.priorities;
+    const bool told_apart = vcpus <= priorities;
+    const bool shares = !told_apart && i + 1 + load.ios.size() >= priorities;
     for (std::int64_t r = 1; r <= limit;) {
         std::int64_t sum = loops[i].budget.count() + overhead + loops[i].suspension.count();
         for (std::size_t j = 0; j < loops.size(); ++j) {
@@ -132,10 +168,11 @@ std::int64_t slow_response(const CoreLoad& load, std::size_t i, std::int64_t lim
             std::int64_t most = 0;
             for (const Vcpu& client : loops) {
                 const std::int64_t t = (io.client_period > 0ns ? io.client_period : client.period).count();
-                if (t > loops[i].period.count() && !shares) continue;
-                const std::int64_t share =
-                    std::max(up(io.budget.count() * t, io.period.count()), overhead + 1);
-                most = std::max(most, (1 + up(r - share, t)) * share);
+                const bool delays =
+                    told_apart ? t < loops[i].period.count() : shares || t <= loops[i].period.count();
+                if (!delays) continue;
+                const std::int64_t share = std::max(io.budget.count() * t / io.period.count(), overhead + 1);
+                most = std::max(most, share + up((r - share) * io.budget.count(), io.period.count()));
             }
             sum += most;
         }
@@ -248,14 +285,15 @@ TEST(ResponseOracle, TheRemedyIsTheLeast) {
         const CoreLoad load = load_of(set);
         const Admission admission = admit(load);
         if (admission.admitted) continue;
-        const std::size_t i = admission.refusal.vcpu.id - 1u;
+        const Vcpu& refused = admission.refusal.vcpu;
         const auto admits = [&](Nanoseconds less, Nanoseconds more) {
             CoreLoad trial = load;
-            trial.mains[i].budget -= less;
-            trial.mains[i].period += more;
+            Vcpu& changed = refused.is_io() ? trial.ios[refused.id - 33u] : trial.mains[refused.id - 1u];
+            changed.budget -= less;
+            changed.period += more;
             return is_admissible(trial);
         };
-        const std::int64_t budget_us = set.loops[i].budget / 1000;
+        const std::int64_t budget_us = refused.budget / 1us;
         std::int64_t less = 1;
         while (less < budget_us && !admits(less * 1us, 0us)) ++less;
         const Remedy& remedy = admission.refusal.remedy;

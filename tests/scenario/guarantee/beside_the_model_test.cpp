@@ -345,8 +345,9 @@ class Handler {
 TEST(BesideTheModel, AHandlersSectionIsInR) {
     Handler handler(4ms, true);
     ASSERT_TRUE(handler.sketch.begin());
-    // Two services of the handler at the rank of loop 1, and a section of it.
-    EXPECT_EQ(response_of(handler.sketch, 1), 2ms + 2 * 500us + 4ms);
+    // A service of the handler, a twentieth of the rest, and a section of it:
+    // R = 2 + 4 + 0.5 + 0.05·(R − 0.5).
+    EXPECT_EQ(response_of(handler.sketch, 1), 6'815'790ns);
     handler.sketch.run(3s);
     expect_met(handler.sketch, 1);
     expect_met(handler.sketch, 2);

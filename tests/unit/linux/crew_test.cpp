@@ -42,6 +42,23 @@ TEST(Priorities, TheLastRanksShareTheLowest) {
               (std::vector<int>{41, 40, 40}));
 }
 
+TEST(Priorities, OfMoreRanksThanThereAreEachCoreHasItsOwn) {
+    LinuxConfig config;
+    config.priority_highest = 41;
+    EXPECT_EQ(
+        priorities({spec_of(1, 1ms, 0), spec_of(2, 2ms, 0), spec_of(3, 3ms, 1), spec_of(4, 4ms, 1)}, config),
+        (std::vector<int>{41, 40, 41, 40}));
+}
+
+/// Admission counts no bottom half before a loop of its client's period.
+TEST(Priorities, ABottomHalfComesBehindTheLoopsOfItsClientsPeriod) {
+    VcpuSpec io = spec_of(kFirstIoVcpu, 1ms, 0);
+    io.kind = sched::VcpuKind::io;
+    io.client_period = 10ms;
+    EXPECT_EQ(priorities({io, spec_of(1, 90ms, 0), spec_of(2, 10ms, 0), spec_of(32, 10ms, 0)}, LinuxConfig{}),
+              (std::vector<int>{78, 77, 80, 79}));
+}
+
 TEST(Priorities, NoneWithoutRealTime) {
     LinuxConfig config;
     config.real_time = false;

@@ -60,26 +60,26 @@ TEST(AdmissionReport, AnAdmittedSketchIsATable) {
               "a: admitted on 2 cores\n"
               "\n"
               "VCPU     core        budget        period             R  declared at\n"
-              "loop 1      0         30 ms        100 ms         60 ms  a.ino:11\n"
+              "loop 1      0         30 ms        100 ms  58685.859 us  a.ino:11\n"
               "loop 2      1        100 us        100 us        100 us  a.ino:12\n"
-              "loop 3      0          4 ms         10 ms        4.2 ms  a.ino:13\n"
+              "loop 3      0          4 ms         10 ms          4 ms  a.ino:13\n"
               "io 33       0          1 ms        100 ms        8.1 ms  setup()\n"
               "\n"
               "core 0: admitted, utilisation 0.7199: even at worst, each ends in time (R <= T)\n"
-              "  loop 3   R 4.2 ms of T 10 ms\n"
-              "  loop 1   R 60 ms of T 100 ms\n"
+              "  loop 3   R 4 ms of T 10 ms\n"
+              "  loop 1   R 58.686 ms of T 100 ms\n"
               "core 1: admitted, owned by loop 2: it is alone there and never throttled\n"
               "  loop 2   R 100 us of T 100 us\n"
               "\n"
               "Counted here: the loops alone. A real computer takes time as well (to switch\n"
               "between loops, for interrupts), and R is longer there: --board FILE counts it.\n"
               "A sleep within a release (delay()) is in R only if it is declared. Room for it:\n"
-              "  loop 1 24 ms, loop 3 5.8 ms.\n"
+              "  loop 1 24.9 ms, loop 3 6 ms.\n"
               "setup() was run, with nothing wired: it may declare I/O VCPUs.\n");
     const json report = json::parse(admission_json(plan, table, board));
     EXPECT_EQ(report["io"][0]["id"], 33);
     EXPECT_EQ(report["cores"][1]["by"], "owned");
-    EXPECT_EQ(report["loops"][2]["response_ns"], 4'200'000);
+    EXPECT_EQ(report["loops"][2]["response_ns"], 4'000'000);
     EXPECT_EQ(report["loops"][0]["line"], 11);
 }
 
@@ -116,18 +116,20 @@ TEST(AdmissionReport, ALoopThatIsNeverDoneSaysSo) {
     EXPECT_EQ(refusal["smallest_change"]["budget_ns"], 2'000'000);
 }
 
-TEST(AdmissionReport, AnIoVcpuThatDoesNotFitIsAmongTheSharesOfWhomItMakesLate) {
+TEST(AdmissionReport, AnIoVcpuThatDoesNotFitIsRefusedByName) {
     const SketchTable table = sketch({loop(1, 40ms, 100ms, 0)});
-    const Plan plan = plan_for(1, table, {}, [](Plan& of) { ASSERT_TRUE(of.add_io(60ms, 100ms, 0)); });
+    const Plan plan = plan_for(1, table, {}, [](Plan& of) { ASSERT_TRUE(of.add_io(61ms, 100ms, 0)); });
     const CheckedBoard board{.sketch = "a", .board_file = "", .cores = 1, .setup_ran = true};
     EXPECT_FALSE(all_admitted(plan));
     const std::string text = admission_text(plan, table, board);
     EXPECT_THAT(text, HasSubstr("a: REFUSED on 1 core\n"));
-    EXPECT_THAT(text, HasSubstr("loop 1 (40 ms in 100 ms) is refused on core 0:\n"));
-    EXPECT_THAT(text, HasSubstr("I/O VCPU 33"));
+    EXPECT_THAT(text, HasSubstr("I/O VCPU 33 (61 ms in 100 ms) is refused on core 0:\n"
+                                "  I/O VCPU 33 would be served late for a loop of its core:\n"));
     const json report = json::parse(admission_json(plan, table, board));
     EXPECT_FALSE(report["admitted"]);
     EXPECT_EQ(report["io"][0]["id"], 33);
+    EXPECT_EQ(report["refusals"][0]["because"], "late_service");
+    EXPECT_EQ(report["refusals"][0]["late_loop"], 33);
 }
 
 TEST(AdmissionReport, WhatNeverGotAsFarAsAdmissionHasItsReason) {

@@ -494,10 +494,10 @@ TEST_F(RuntimeTest, ABottomHalfsBudgetChangesWhileTheLoopsRunIfTheirCoreCanBearI
     loop(1, 60ms, 100ms, 0, [&] {
         EXPECT_TRUE(runtime_->interrupts_vcpu(DeviceClass::nic, 20ms, 100ms, kAnyCore));
         const auto refused = runtime_->interrupts_vcpu(DeviceClass::nic, 21ms, 100ms, 0);
+        board_->request_stop();
         ASSERT_FALSE(refused);
         EXPECT_THAT(std::string(refused.error().message.view()),
-                    HasSubstr("loop 1 on core 0 would need 102 ms of its 100 ms"));
-        board_->request_stop();
+                    HasSubstr("io 33 on core 0 would need 141 ms of its 100 ms"));
     });
     ASSERT_TRUE(begin());
     run(1s);

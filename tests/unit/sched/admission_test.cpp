@@ -116,19 +116,76 @@ TEST(Admission, IoVcpuCountsAsTwoMinusUTimesU) {
 }
 
 TEST(Admission, CompletionTimeWithAnIoVcpu) {
-    // R = 40 + (1 + ⌈(R − 10)/100⌉)·10 ms: 40 → 60 → 60.
-    const CoreLoad load = load_of({loop_of(1, 40ms, 100ms), io_of(33, 1ms, 10ms)});
-    EXPECT_EQ(completion_time(load, 1).response, 60ms);
+    // It works for loop 1 (a service of 1 ms), and takes a tenth of the rest: R = 40 + 1 + 0.1·(R −
+    // 1).
+    CoreLoad load = load_of({loop_of(1, 1ms, 10ms), loop_of(2, 35ms, 100ms), io_of(33, 1ms, 10ms)});
+    EXPECT_EQ(completion_time(load, 2).response, 45'444'445ns);
+    EXPECT_EQ(sum_of(shares_in_window(load, 2, 45'444'445ns)), 45'444'445ns);
+    // For loop 2 it works below it. A loop goes before bottom halves of its period.
+    EXPECT_EQ(completion_time(load, 1).response, 1ms);
+    load = load_of({loop_of(1, 40ms, 100ms), io_of(33, 1ms, 10ms)});
+    EXPECT_EQ(completion_time(load, 1).response, 40ms);
+    // Where that cannot be known, it may go first: R = 40 + 10 + 0.1·(R − 10).
+    load.overheads.priorities = 1;
+    EXPECT_EQ(completion_time(load, 1).response, 54'444'445ns);
 }
 
 TEST(Admission, IoVcpuTakesTheWorstOfItsClients) {
-    // Serving loop 1 (T = 10): (1 + ⌈(R − 1)/10⌉)·1; serving loop 2 (T = 100): (1 + ⌈(R −
-    // 10)/100⌉)·10. For loop 2: R = 30 + ⌈R/10⌉·2 + max(…): R = 62: 30 + 14 + max(8, 20) = 64; R =
-    // 64 is the fixed point.
-    const CoreLoad load = load_of({loop_of(1, 2ms, 10ms), loop_of(2, 30ms, 100ms), io_of(33, 1ms, 10ms)});
-    EXPECT_EQ(completion_time(load, 2).response, 64ms);
-    EXPECT_EQ(completion_time(load, 1).response, 4ms);
-    EXPECT_EQ(sum_of(shares_in_window(load, 2, 64ms)), 64ms);
+    // For loop 3 the longest service is that for loop 2, 4 of its 40 ms: R = 10 + ⌈R/10⌉·2 +
+    // ⌈R/40⌉·5 + 4 + 0.1·(R − 4).
+    const CoreLoad load = load_of(
+        {loop_of(1, 2ms, 10ms), loop_of(2, 5ms, 40ms), loop_of(3, 10ms, 100ms), io_of(33, 1ms, 10ms)});
+    EXPECT_EQ(completion_time(load, 3).response, 27'333'334ns);
+    EXPECT_EQ(sum_of(shares_in_window(load, 3, 27'333'334ns)), 27'333'334ns);
+}
+
+TEST(Admission, ABottomHalfThatGetsTooLittleIsRefused) {
+    // Loop 1 goes first and leaves 2 of 10 ms; a service takes 3. R = 3 + 8.
+    const Admission admission = admit(load_of({loop_of(1, 8ms, 10ms), io_of(33, 30ms, 100ms)}));
+    EXPECT_FALSE(admission.admitted);
+    EXPECT_TRUE(admission.loops[0].meets());
+    EXPECT_EQ(admission.refusal.because, RefusedBecause::late_service);
+    EXPECT_EQ(admission.refusal.vcpu.id, 33);
+    EXPECT_EQ(admission.refusal.response.response, 3ms + 2 * 8ms);
+    EXPECT_EQ(admission.refusal.response.period, 10ms);
+    EXPECT_EQ(sum_of(admission.refusal.shares), 11ms);
+    EXPECT_EQ(admission.refusal.remedy.budget_less_by, 10ms);
+    EXPECT_TRUE(admit(load_of({loop_of(1, 8ms, 10ms), io_of(33, 20ms, 100ms)})).admitted);
+}
+
+TEST(Admission, WhatThePapersTermAdmitsIsNotRefusedForALateService) {
+    // Loop 1 may end late and begin early: a service that meets it twice needs 0.3 + 2·6 of its 10
+    // ms. Loop 1 itself needs 6 + 2·0.3 by the paper's term.
+    CoreLoad load = load_of({loop_of(1, 6ms, 10ms), io_of(33, 3ms, 100ms)});
+    load.mains[0].deferrable = true;
+    EXPECT_TRUE(is_admissible(load));
+    const Admission admission = admit(load);
+    EXPECT_TRUE(admission.admitted);
+    EXPECT_GT(admission.ios[0].response, 10ms);
+    // 6 + 2·2.1 is too much for that.
+    load.ios[0].budget = 21ms;
+    EXPECT_FALSE(is_admissible(load));
+    EXPECT_EQ(admit(load).refusal.because, RefusedBecause::late_service);
+}
+
+TEST(Admission, ABottomHalfIsServedInTimeForEachLoopOfItsCore) {
+    // For loop 2, beside the other one: R = 10 + ⌈R/10⌉·2 + 51 + 10 + 0.1·(R − 10). With more than
+    // 51 ms that is above 100. Loop 2 itself, with 55: R = 55 + ⌈R/10⌉·2 + 2·(1 + 0.1·(R − 1)).
+    const auto load = [](Nanoseconds budget) {
+        return load_of(
+            {loop_of(1, 2ms, 10ms), loop_of(2, budget, 100ms), io_of(33, 1ms, 10ms), io_of(34, 1ms, 10ms)});
+    };
+    EXPECT_TRUE(admit(load(51ms)).admitted);
+    EXPECT_FALSE(is_admissible(load(51ms + 1us)));
+    const Admission admission = admit(load(55ms));
+    EXPECT_TRUE(admission.loops[1].meets());
+    EXPECT_EQ(admission.refusal.because, RefusedBecause::late_service);
+    EXPECT_EQ(admission.refusal.response.period, 100ms);
+    // A bottom half that names its client is not asked about others.
+    CoreLoad named = load(55ms);
+    for (Vcpu& io : named.ios) io.client_period = 10ms;
+    EXPECT_TRUE(admit(named).admitted);
+    EXPECT_TRUE(is_admissible(named));
 }
 
 TEST(Admission, PlatformOverheadsAreInTheAnalysis) {
@@ -213,8 +270,10 @@ TEST(Admission, FullTablesAreStillExact) {
     }
     EXPECT_FALSE(load.try_add(loop_of(99, 1ms, 64ms)));
     EXPECT_TRUE(admit(load).admitted);
-    // The lowest loop: 32 · 1 ms, and two services of 64 us by each I/O VCPU.
-    EXPECT_EQ(admit(load).loops.back().response, 32ms + 31 * 2 * 64us);
+    // The bottom halves work for loops of that period, and go behind them.
+    EXPECT_EQ(admit(load).loops.back().response, 32ms);
+    // The last of them: a service of 64 us, what 30 others take, and the loops.
+    EXPECT_EQ(admit(load).ios.back().response, 35'033'100ns);
 }
 
 TEST(Admission, ABottomHalfHasAResponseTime) {
@@ -225,15 +284,18 @@ TEST(Admission, ABottomHalfHasAResponseTime) {
     const Admission admission = admit(load);
     ASSERT_EQ(admission.ios.size(), 2u);
     EXPECT_EQ(admission.ios[0].id, 33);
-    EXPECT_EQ(admission.ios[0].response, 1ms + 2ms + 2 * 500us);
+    // R = 1 + 2 + 0.5 + 0.05·(R − 0.5).
+    EXPECT_EQ(admission.ios[0].response, 3'657'895ns);
     EXPECT_EQ(admission.ios[0].replenishment, 10ms);
-    EXPECT_EQ(admission.ios[1].response, 500us + 2ms + 2 * 1ms);
+    EXPECT_EQ(admission.ios[1].response, 3'777'778ns);
     EXPECT_TRUE(admit(load_of({io_of(33, 10ms, 100ms)})).ios.empty());
 }
 
 TEST(Admission, ABottomHalfBelowAFullCoreIsNeverServed) {
     const Admission admission = admit(load_of({loop_of(1, 10ms, 10ms, kAnyCore), io_of(33, 1ms, 100ms)}));
     EXPECT_GT(admission.ios[0].response, kResponseLimit * 10ms);
+    EXPECT_FALSE(admission.admitted);
+    EXPECT_EQ(admission.refusal.because, RefusedBecause::late_service);
 }
 
 }  // namespace

@@ -122,10 +122,10 @@ TEST(Overheads, ABudgetThatPaysForInterruptsDelaysOthersByMore) {
 
 TEST(Overheads, TheEdgesOfABottomHalfAreAnInterferer) {
     CoreLoad load = load_of({loop_of(1, 10ms, 100ms), io_of(33, 1ms, 100ms)});
-    EXPECT_EQ(completion_time(load, 1).response, 12ms);
+    EXPECT_EQ(completion_time(load, 1).response, 10ms);
     load.ios[0].edge_cost = 1ms;
     load.ios[0].edge_interval = 5ms;
-    EXPECT_EQ(completion_time(load, 1).response, 15ms);
+    EXPECT_EQ(completion_time(load, 1).response, 13ms);
 }
 
 }  // namespace

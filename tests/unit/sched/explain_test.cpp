@@ -49,6 +49,20 @@ TEST(Explain, ARefusalSaysWhoWhyAndWhatWouldHelp) {
               "    period 186.001 ms (86.001 ms more)\n");
 }
 
+TEST(Explain, ABottomHalfThatGetsTooLittle) {
+    EXPECT_EQ(text_of(explain(admit(load_of({loop_of(1, 8ms, 10ms), io_of(33, 30ms, 100ms)})).refusal, 0)),
+              "I/O VCPU 33 (30 ms in 100 ms) is refused on core 0:\n"
+              "  I/O VCPU 33 would be served late for a loop of its core:\n"
+              "  R = 19 ms > T = 10 ms\n"
+              "  who takes its 10 ms, at worst:\n"
+              "    I/O VCPU 33                             3 ms\n"
+              "    loop 1                                  8 ms\n"
+              "    together                               11 ms\n"
+              "  smallest change that would be admitted, each alone:\n"
+              "    budget 20 ms (10 ms less)\n"
+              "    period 150 ms (50 ms more)\n");
+}
+
 TEST(Explain, AnOwnedCore) {
     const CoreLoad load = load_of({loop_of(2, 100us, 100us, 1), loop_of(5, 1us, 100ms, 1)});
     EXPECT_EQ(text_of(explain(admit(load))),
