@@ -27,6 +27,7 @@ void qduino::arduino::no_infrared(const char* call) { refuse("IRremote", 0, Erro
 
 void IRrecv::begin(int pin, bool, int) {
     pin_ = pin;
+    irparams.IRReceivePin = static_cast<std::uint16_t>(pin);
     pinMode(pin_, INPUT_PULLUP);
     last_ = board::current().now();
     receiving = this;
@@ -46,7 +47,7 @@ void IRrecv::edge() {
 
 void IRrecv::keep(Length length) {
     constexpr std::int64_t kTick = MICROS_PER_TICK * 1000, kGap = RECORD_GAP_MICROS * 1000;
-    if (!length.mark && length.ns >= kGap) irparams = {};
+    if (!length.mark && length.ns >= kGap) irparams = irparams_struct{.IRReceivePin = irparams.IRReceivePin};
     irparams.OverflowFlag = irparams.rawlen == std::size(irparams.rawbuf);
     if (irparams.OverflowFlag) return;
     irparams.rawbuf[irparams.rawlen++] =
@@ -141,8 +142,9 @@ void printIRResultShort(Print* out, IRData* data, bool) {
     out->println(F(" bits LSB first"));
 }
 
-void IRrecv::printIRResultShort(Print* out, bool print_gap, bool) {
+bool IRrecv::printIRResultShort(Print* out, bool print_gap, bool) {
     ::printIRResultShort(out, &decodedIRData, print_gap);
+    return !irparams.OverflowFlag;
 }
 
 void IRrecv::printIRSendUsage(Print* out) const {

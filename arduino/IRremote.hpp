@@ -12,8 +12,13 @@
 #pragma once
 
 #include "arduino/Arduino.h"
+#include "arduino/core/infrared_numbers.h"
 #include "arduino/core/nec_code.h"
 #include "channel/ring_buffer.h"
+
+// The library's own header of these names finds that they are there: files of the library that a
+// sketch includes by name (ac_LG.hpp) read it.
+#define _IR_REMOTE_INT_H  // NOLINT: the name is the library's
 
 #define VERSION_IRREMOTE "4.7.1"
 #define VERSION_IRREMOTE_MAJOR 4
@@ -35,6 +40,7 @@
 #define PROTOCOL_IS_LSB_FIRST false
 #define PROTOCOL_IS_MSB_FIRST true
 #define SEND_STOP_BIT true
+#define SUPPRESS_STOP_BIT 0x20
 #define NO_REPEATS 0
 #define MICROS_PER_TICK 50L
 #define MICROS_IN_ONE_SECOND 1000000L
@@ -122,6 +128,22 @@ struct IRData {
 /// "NEC", "Sony", … ; "UNKNOWN".
 const __FlashStringHelper* getProtocolString(decode_type_t protocol);
 void printIRResultShort(Print* out, IRData* data, bool print_gap = false);
+inline void printIRDataShort(Print* out, IRData* data) { printIRResultShort(out, data); }
+
+/// The first bit last.
+constexpr std::uint32_t bitreverse32Bit(std::uint32_t bits) {
+    std::uint32_t reversed = 0;
+    for (int i = 0; i < 32; ++i) reversed |= ((bits >> i) & 1U) << (31 - i);
+    return reversed;
+}
+/// The bit that RC5 and RC6 turn over with each key: a number that nobody reads here.
+inline std::uint8_t sLastSendToggleValue = 1;
+
+/// The lengths of a protocol's marks and spaces. Those of none are here: what takes them is
+/// reported.
+struct PulseDistanceWidthProtocolConstants {};
+inline constexpr PulseDistanceWidthProtocolConstants NECProtocolConstants, KaseikyoProtocolConstants,
+    SamsungProtocolConstants, VeluxProtocolConstants;
 
 namespace qduino::arduino {
 /// Reports that this board has no such part of IRremote.
@@ -136,6 +158,7 @@ void no_infrared(const char* call);
 
 /// The lengths of the frame that decode() found, in ticks; the first one is the pause before it.
 struct irparams_struct {
+    std::uint16_t IRReceivePin = 0;
     IRRawlenType rawlen = 0;
     bool OverflowFlag = false;
     std::uint16_t rawbuf[128] = {};
@@ -159,7 +182,8 @@ class IRrecv {
     void resume() {}  // it never stops receiving
     [[nodiscard]] bool available() { return decode(); }
     /// "Protocol=NEC Address=0x4 Command=0x18 Raw-Data=0xE718FB04 32 bits LSB first"
-    void printIRResultShort(Print* out, bool print_gap = false, bool check_recorded = true);
+    /// False: it was longer than the record.
+    bool printIRResultShort(Print* out, bool print_gap = false, bool check_recorded = true);
     void printIRResultMinimal(Print* out) { printIRResultShort(out); }
     /// "IrSender.sendNEC(0x4, 0x18, <numberOfRepeats>);"
     void printIRSendUsage(Print* out) const;
@@ -172,6 +196,13 @@ class IRrecv {
     void restartTimer() {}
     void restartTimer(std::uint32_t) {}
     void restartAfterSend() {}
+    /// A second receiver's, which the first one's timer calls in the library. One receives here.
+    void ReceiveInterruptHandler() const { qduino::arduino::no_infrared("ReceiveInterruptHandler()"); }
+    /// A number for each key of a remote whose code nobody knows: none here.
+    bool decodeHash() const {
+        qduino::arduino::no_infrared("decodeHash()");
+        return false;
+    }
     // Lengths are not kept once they are decoded.
     QDUINO_NO_INFRARED(printIRResultRawFormatted)
     QDUINO_NO_INFRARED(printIRResultAsCArray)
@@ -223,11 +254,21 @@ class IRsend {
     /// Light for so many µs, none for so many, and so on; in bytes, ticks of 50 µs.
     void sendRaw(const std::uint16_t* lengths_us, std::size_t count, unsigned carrier_khz);
     void sendRaw(const std::uint8_t* lengths_in_ticks, std::size_t count, unsigned carrier_khz);
-    void sendRaw_P(const std::uint16_t* lengths_us, std::size_t count, unsigned carrier_khz) {
-        sendRaw(lengths_us, count, carrier_khz);
+    /// The same `repeats` times more, each `period_ms` after the last one began, or at once when that
+    /// is over.
+    template <typename Length>
+    void sendRaw(const Length* lengths, std::size_t count, unsigned carrier_khz, unsigned period_ms,
+                 int repeats) {
+        qduino::Instant next = qduino::board::current().now();
+        for (int sent = 0; sent <= repeats; ++sent) {
+            qduino::arduino::wait_until(next);
+            next = qduino::board::current().now() + std::chrono::milliseconds{period_ms};
+            sendRaw(lengths, count, carrier_khz);
+        }
     }
-    void sendRaw_P(const std::uint8_t* lengths_in_ticks, std::size_t count, unsigned carrier_khz) {
-        sendRaw(lengths_in_ticks, count, carrier_khz);
+    template <typename Length, typename... More>
+    void sendRaw_P(const Length* lengths, std::size_t count, unsigned carrier_khz, More... more) {
+        sendRaw(lengths, count, carrier_khz, more...);
     }
     void enableIROut(unsigned carrier_khz);
     /// Light, or none, for so many µs; sleeps meanwhile.
@@ -241,6 +282,8 @@ class IRsend {
     static std::uint16_t getPulseCorrectionNanos() { return 0; }
 
     QDUINO_NO_INFRARED(setNextToggleBitValueForRC)
+    QDUINO_NO_INFRARED(setNextToggleBitValueForRC5AndRC6)
+    QDUINO_NO_INFRARED(sendRC5Marantz)
     QDUINO_NO_INFRARED(sendNECMSB)
     QDUINO_NO_INFRARED(sendOnkyo)
     QDUINO_NO_INFRARED(sendApple)
@@ -266,6 +309,11 @@ class IRsend {
     QDUINO_NO_INFRARED(sendMagiQuest)
     QDUINO_NO_INFRARED(sendMarantz)
     QDUINO_NO_INFRARED(sendOpenLASIR)
+    /// Eight bits of the device, five of the mode, three of the data.
+    static constexpr std::uint16_t computeOpenLASIRRawCommand(std::uint8_t device, std::uint8_t mode,
+                                                              std::uint8_t data) {
+        return static_cast<std::uint16_t>(device | (mode & 0x1f) << 8 | (data & 7) << 13);
+    }
     QDUINO_NO_INFRARED(sendPanasonic)
     QDUINO_NO_INFRARED(sendPronto)
     QDUINO_NO_INFRARED(sendPronto_P)

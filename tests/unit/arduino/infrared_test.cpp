@@ -88,7 +88,18 @@ TEST_F(ArduinoInfraredSent, RawLengthsAsTheyAre) {
     const qduino::Instant next = board().now;
     sender.sendRaw(ticks, 2, 38);
     EXPECT_EQ(board().now - next, qduino::Nanoseconds{1'500'000});
+    const qduino::Instant repeated = board().now;
+    sender.sendRaw(lengths, 3, 38, 20, 1);
+    EXPECT_EQ(board().now - repeated, qduino::Nanoseconds{34'060'000}) << "the second one after 20 ms";
+    sender.sendRaw_P(ticks, 2, 38, 1, 2);
+    EXPECT_EQ(board().now - repeated, qduino::Nanoseconds{38'560'000}) << "at once: a frame takes longer";
     EXPECT_TRUE(errors().empty());
+}
+
+TEST(ArduinoInfrared, WhatSketchesComputeWithIsThere) {
+    static_assert(bitreverse32Bit(0x80000003U) == 0xC0000001U);
+    static_assert(IRsend::computeOpenLASIRRawCommand(0x12, OPENLASIR_MODE_COLOR_SET_PERMANENT,
+                                                     OPENLASIR_COLOR_WHITE) == 0xEA12);
 }
 
 TEST_F(ArduinoInfraredSent, AnotherProtocolIsReported) {
