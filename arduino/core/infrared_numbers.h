@@ -1,6 +1,5 @@
 // Numbers that sketches hand to IRremote's calls for protocols which are not done here
-// (IRremote.hpp reports the calls). As IRremote 4.7.1 has them: IRProtocol.h, ir_Lego.hpp,
-// ir_OpenLASIR.hpp, ir_Others.hpp.
+// (IRremote.hpp reports the calls). The values are those of IRremote 4.7.1.
 #pragma once
 
 // Bits of Sony's frames.

@@ -45,11 +45,17 @@ class Mega:
         """The programs that are not installed."""
         return [each for each in ("arduino-builder", "avr-g++", "simavr") if not shutil.which(each)]
 
-    def run(self, sketch):
+    def build(self, sketch, libraries=(), timeout=None):
+        """arduino-builder's end; `libraries`: folders of libraries, beside the core's own."""
         command = ["arduino-builder", "-hardware", "/usr/share/arduino-builder", "-hardware", str(self.hardware), "-tools", "/usr/bin",
                    "-fqbn", "arduino:avr:mega:cpu=atmega2560", "-build-path", str(self.folder / "build"),
-                   "-build-cache", str(self.folder / "cache"), "-warnings", "none", str(sketch)]
-        built = subprocess.run(command, capture_output=True, text=True, errors="replace", check=False)
+                   "-build-cache", str(self.folder / "cache"), "-warnings", "none"]
+        for folder in (CORE / "avr" / "libraries", *libraries) if libraries else ():
+            command += ["-libraries", str(folder)]
+        return subprocess.run([*command, str(sketch)], capture_output=True, text=True, errors="replace", timeout=timeout, check=False)
+
+    def run(self, sketch):
+        built = self.build(sketch)
         if built.returncode:
             return refused(built.stdout + built.stderr)
         elf = self.folder / "build" / (sketch.name + ".elf")
