@@ -465,17 +465,22 @@ class Chain:
 
 # ---- what no core can have ----------------------------------------------------------------------
 
+LONGEST = 16 * DAY + 1  # of any R
 NUMBERS = {  # key: the least, the greatest
-    "core": {"core": (0, 63), "priorities": (1, 10**6), "activation_ns": (0, DAY), "wait_ns": (0, DAY), "wake_ns": (0, DAY),
+    "core": {"core": (0, 63), "priorities": (1, 63), "activation_ns": (0, DAY), "wait_ns": (0, DAY), "wake_ns": (0, DAY),
              "kept_ns": (0, DAY), "kept_period_ns": (0, DAY)},
     "interferer": {"cost_ns": (0, DAY), "interval_ns": (0, 10**15), "jitter_ns": (0, 10**18)},
     "section": {"vcpu": (1, 63), "lock": (0, 31), "length_ns": (0, DAY)},
     "io": {"id": (FIRST_IO, 63), "budget_ns": (1, DAY), "period_ns": (1, DAY), "client_period_ns": (0, DAY), "edge_ns": (0, DAY),
            "edge_interval_ns": (0, 10**15)},
     "loop": {"id": (1, FIRST_IO - 1), "budget_ns": (1, DAY), "period_ns": (1, DAY), "suspension_ns": (0, DAY), "sleeps": (0, 10**6),
-             "longest_wait_ns": (0, 16 * DAY + 1), "response_ns": (1, 16 * DAY + 1)},
+             "longest_wait_ns": (0, LONGEST), "response_ns": (1, LONGEST)},
+    "chain": {"reaction_limit_ns": (0, 16 * LONGEST), "age_limit_ns": (0, 16 * LONGEST)},
+    "bound": {"reaction_ns": (1, 16 * LONGEST), "age_ns": (1, 16 * LONGEST)},
+    "stage": {"id": (1, 63), "pass_ns": (0, DAY)},
+    "bottom half": {"response_ns": (1, LONGEST), "replenishment_ns": (1, DAY)},
 }
-FLAGS = {"core": ["owned", "victim_pays"], "interferer": [], "section": ["assumed"], "io": [], "loop": ["deferrable"]}
+FLAGS = {"core": ["owned", "victim_pays"], "section": ["assumed"], "loop": ["deferrable"], "stage": ["queued"]}
 
 
 def faults_of_form(what, claim):
@@ -486,7 +491,7 @@ def faults_of_form(what, claim):
         number = claim.get(key)
         if not isinstance(number, int) or isinstance(number, bool) or not least <= number <= greatest:
             yield "%s: %s is %s, and must be a whole number of %d to %d" % (what, key, json.dumps(number), least, greatest)
-    for key in FLAGS[what]:
+    for key in FLAGS.get(what, ()):
         if not isinstance(claim.get(key), bool):
             yield "%s: %s is neither true nor false" % (what, key)
 
@@ -501,6 +506,27 @@ def faults_of_core_form(claim):
             continue
         for each in claim[key]:
             yield from faults_of_form(what, each)
+
+
+def faults_of_chain_form(claim):
+    yield from faults_of_form("chain", claim)
+    if not isinstance(claim, dict):
+        return
+    if not isinstance(claim.get("name"), str):
+        yield "chain: its name is no text"
+    # What has no bound says null.
+    missing = [key for key in NUMBERS["bound"] if key not in claim]
+    yield from ("chain: it says nothing of %s" % key for key in missing)
+    yield from faults_of_form("bound", {key: 1 for key in NUMBERS["bound"]} | {
+        key: claim[key] for key in NUMBERS["bound"] if claim.get(key) is not None})
+    stages = claim.get("stages")
+    if not isinstance(stages, list) or not stages:
+        yield "chain: it has no list of stages"
+        return
+    for stage in stages:
+        yield from faults_of_form("stage", stage)
+        if isinstance(stage, dict) and ("replenishment_ns" in stage or "response_ns" in stage):
+            yield from faults_of_form("bottom half", stage)
 
 
 def faults_of_meaning(claim):
@@ -533,7 +559,12 @@ def faults_of(certificate):
     if not isinstance(claims, list) or not claims:
         yield "it says nothing of any core"
         return
+    chains = certificate.get("chains", [])
+    if not isinstance(chains, list):
+        yield "its chains are no list"
+        return
     forms = [fault for claim in claims for fault in faults_of_core_form(claim)]
+    forms += [fault for claim in chains for fault in faults_of_chain_form(claim)]
     yield from forms
     if forms:
         return
@@ -549,7 +580,7 @@ def faults_of(certificate):
     for core in computer.cores:
         for fault in core.faults():
             yield "core %d: %s" % (core.claim["core"], fault)
-    for claim in certificate.get("chains", []):
+    for claim in chains:
         yield from Chain(claim, computer).faults()
 
 
@@ -566,6 +597,11 @@ def faults_of_binding(certificate, sketches, board):
         return
     if certificate.get("sha256") != digest_of(certificate):
         yield "the certificate was changed after it was written: its SHA-256 is another"
+    sources, text = certificate.get("sources"), certificate.get("board")
+    for claim in (sources if isinstance(sources, list) else [sources]) + ([text] if text is not None else []):
+        if not isinstance(claim, dict) or any(not isinstance(claim.get(key), str) for key in ("file", "sha256")):
+            yield "of a source or board file it does not say the name and the SHA-256"
+            return
     texts = [("source", certificate.get("sources"))] if sketches else []
     for what, claims in texts + ([("board file", [certificate.get("board")])] if board else []):
         hashes = {claim.get("sha256") for claim in claims or [] if isinstance(claim, dict)}
@@ -644,6 +680,7 @@ def self_test():
         chain([1, 2, 3], 10 + 40 + 20 + 5, 10 + 40 + 5),
         chain([2, 1], 40 + 10 + 3, 40 + 3, reaction_limit_ns=53), chain([2, 1], 53, 43, queued=True),
         chain([3], 20 + 5, 5)]
+    not_a_number = float("nan")
     chained["chains"].append(chain([3], 3 + 10 + 20 + 5, None) | {"stages": [bottom_half] + chain([3], 0, 0)["stages"]})
 
     def broken(certificate, change):
@@ -682,11 +719,16 @@ def self_test():
            chain_of(1, age_ns=None), chain_of(3, age_ns=4), chain_of(4, reaction_ns=37), chain_of(4, age_limit_ns=50),
            chain_of(3, stages=[{"id": 9, "pass_ns": 0, "queued": False}]), chain_of(3, stages=[{"id": 3, "pass_ns": 5, "queued": False}]),
            chain_of(4, stages=[bottom_half | {"response_ns": 2}] + chained["chains"][3]["stages"]),
+           chain_of(0, reaction_ns=not_a_number), chain_of(0, age_ns="55"), chain_of(1, reaction_limit_ns=not_a_number), chain_of(0, stages=[]),
+           chain_of(0, stages=[{"id": None, "pass_ns": 0, "queued": False}]), chain_of(3, stages=[{"id": 3, "pass_ns": 0, "queued": "no"}]),
+           chain_of(0, age_ns=-55), chain_of(0, name=None), chained | {"chains": 7}, broken(golden, lambda c: c.update(priorities=64)),
            broken(apart, lambda c: c["loops"][0].update(longest_wait_ns=5)), broken(apart, lambda c: c["loops"][0].update(longest_wait_ns=0))]
     whole = golden | {"sources": [{"file": "a.ino", "sha256": "1"}], "board": None}
     whole["sha256"] = digest_of(whole)
     milder = broken(whole, lambda c: c["loops"][0].update(response_ns=60))
-    if list(faults_of_binding(whole, [], None)) or not list(faults_of_binding(milder, [], None)):
+    nameless = whole | {"sources": [{"file": None, "sha256": "1"}]}
+    nameless["sha256"] = digest_of(nameless)
+    if list(faults_of_binding(whole, [], None)) or not all(list(faults_of_binding(each, [], None)) for each in (milder, nameless)):
         print("a change that makes nothing stronger is not seen")
         return 1
     wrong = [number for number, each in enumerate(good) if list(faults_of(each))]
