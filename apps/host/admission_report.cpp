@@ -153,11 +153,11 @@ std::string admission_text(const Plan& plan, const SketchTable& table, const Che
     return out;
 }
 
-std::string admission_verdict(const Plan& plan, const CheckedBoard& board) {
+std::string admission_verdict(const Plan& plan, const CheckedBoard& board, const std::string& condition) {
     const std::string on = " on " + counted(board.cores, "core");
     if (all_admitted(plan))
         return board.sketch + " is admitted" + on + ": " +
-               counted(static_cast<long long>(plan.admission().placed.size()), "VCPU") + ".";
+               counted(static_cast<long long>(plan.admission().placed.size()), "VCPU") + condition + ".";
     const sched::Refusal& refusal = plan.admission().refusal;
     std::string why;
     if (refusal.because != RefusedBecause::none) why = ": " + runtime::vcpu_name(refusal.vcpu.id);

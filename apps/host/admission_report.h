@@ -27,8 +27,10 @@ struct CheckedBoard {
 [[nodiscard]] std::string admission_text(const runtime::Plan& plan, const runtime::SketchTable& table,
                                          const CheckedBoard& board);
 
-/// One sentence: the sketch is admitted, or how many of its VCPUs stand in the way.
-[[nodiscard]] std::string admission_verdict(const runtime::Plan& plan, const CheckedBoard& board);
+/// One sentence: the sketch is admitted, with the condition (lock_report.h), or who stands in the
+/// way.
+[[nodiscard]] std::string admission_verdict(const runtime::Plan& plan, const CheckedBoard& board,
+                                            const std::string& condition);
 
 /// The same as JSON: {"sketch","admitted","board":{…},"setup_ran","loops":[…],"io":[…],"cores":[…],
 /// "overheads":[…],"locks_that_say_nothing":[…],"refusals":[…],"explanation"}. Durations are whole

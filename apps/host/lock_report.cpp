@@ -160,6 +160,13 @@ std::string lock_assumptions(const Runtime& runtime, const SketchTable& table) {
            wrapped(unknown, "  ");
 }
 
+std::string lock_condition(const Runtime& runtime, const SketchTable& table) {
+    std::string out;
+    for (const std::string& name : locks_that_say_nothing(runtime, table))
+        out += (out.empty() ? "; R is unknown if " : " or ") + name;
+    return out.empty() ? out : out + " is shared";
+}
+
 std::string lock_notes(const Runtime& runtime, const SketchTable& table) {
     std::string notes;
     each_wrong(runtime, table, [&](const LockDeclaration& lock, const std::string& why) {

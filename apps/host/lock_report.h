@@ -13,6 +13,9 @@ namespace qduino::apps {
 [[nodiscard]] std::string lock_assumptions(const runtime::Runtime& runtime,
                                            const runtime::SketchTable& table);
 
+/// The same in a few words, to follow "is admitted": "; R is unknown if SPI is shared"; or nothing.
+[[nodiscard]] std::string lock_condition(const runtime::Runtime& runtime, const runtime::SketchTable& table);
+
 /// The names of those of which R depends on who shares them, for a program.
 [[nodiscard]] std::vector<std::string> locks_that_say_nothing(const runtime::Runtime& runtime,
                                                               const runtime::SketchTable& table);

@@ -377,7 +377,10 @@ std::string verdict_text(const Options& options, const runtime::Plan& plan, cons
     return apps::with_outcomes(apps::admission_text(plan, table, checked) +
                                    apps::lock_assumptions(*Runtime::current(), table),
                                colours) +
-           strip + "\n" + apps::verdict(apps::admission_verdict(plan, checked), colours);
+           strip + "\n" +
+           apps::verdict(
+               apps::admission_verdict(plan, checked, apps::lock_condition(*Runtime::current(), table)),
+               colours);
 }
 
 Result<void> write_certificate(const Options& options, const Runtime& runtime) {

@@ -215,6 +215,7 @@ class Qduino(SketchCase):
         """)
         checked = self.run_qduino("check", sketch).stdout
         self.assertRegex(checked, r"R is UNKNOWN [^:]*:\n  a FreeRTOS mutex\.")
+        self.assertRegex(checked, r"Verdict: tasks is admitted on .*; R is unknown if a FreeRTOS mutex is shared\.\n")
         self.assertIn("R unknown", self.run_qduino("sim", sketch, "--for", "1").stderr)
 
     def write_stop(self, name, limit, more=""):
