@@ -131,7 +131,8 @@ struct CoreGuarantee {
     FixedString<200> note;
 };
 
-/// One line per process tree that has a VCPU on a core in use (board/linux/core_promises.h).
+/// One line per process tree that has a VCPU on a core in use
+/// (board/linux/computer/core_promises.h).
 struct TreeGuarantee {
     FixedString<40> name;
     int core = 0;

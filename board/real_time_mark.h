@@ -1,10 +1,10 @@
 // Marks a thread that runs a real-time loop, for the guard of debug builds.
 //
 // House rule 6: real-time loops allocate nothing and lock nothing after start. A review cannot see
-// every call of a library, so a debug build holds the loops to the rule. linux/real_time_guard.cpp
-// replaces malloc, free, operator new, pthread_mutex_lock and their kin. Each looks at this mark,
-// and aborts with the loop's number, the name of the call, and a stack. The abort forces the safe
-// states, as every death does.
+// every call of a library, so a debug build holds the loops to the rule.
+// linux/kernel/real_time_guard.cpp replaces malloc, free, operator new, pthread_mutex_lock and
+// their kin. Each looks at this mark, and aborts with the loop's number, the name of the call, and
+// a stack. The abort forces the safe states, as every death does.
 //
 //   setup()            void loop(2, 1, 8, 0) { … }        the board stops
 //   ─ may allocate ─►│◄─────── must not ───────────►│─ may ─►

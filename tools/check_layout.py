@@ -23,7 +23,14 @@ ARROWS = {
     "sched": {"base"},
     "board": {"base", "sched"},
     "board/window": {"base", "channel", "board"},
-    "board/linux": {"base", "posix", "sched", "channel", "board", "board/window"},
+    # The board itself on top; below it what a loop is, and the pins; the computer and its kernel at
+    # the bottom.
+    "board/linux": {"base", "posix", "sched", "channel", "board", "board/window", "board/linux/loop", "board/linux/pin", "board/linux/computer",
+                    "board/linux/kernel"},
+    "board/linux/loop": {"base", "posix", "sched", "channel", "board", "board/window", "board/linux/pin", "board/linux/computer", "board/linux/kernel"},
+    "board/linux/pin": {"base", "posix", "channel", "board", "board/window", "board/linux/kernel"},
+    "board/linux/computer": {"base", "posix", "sched", "board", "board/linux/kernel"},
+    "board/linux/kernel": {"base", "posix", "sched", "board", "board/window"},
     "board/sim": {"base", "sched", "channel", "board"},
     "board/metal": {"base", "sched", "channel", "board", "board/window"},
     "runtime": {"base", "sched", "channel", "board"},
@@ -45,7 +52,7 @@ ARROWS = {
     "spool": {"base", "posix", "channel", "printer", "printer/link"},
     "web": {"base", "posix", "channel", "printer", "printer/link", "spool"},
 }
-EACH_PART_HAS_A_ROW = ("printer",)
+EACH_PART_HAS_A_ROW = ("printer", "board/linux")
 CONCRETE_BOARDS = {"board/linux", "board/sim", "board/metal"}
 MAY_INCLUDE_ANYTHING = {"apps", "sketches", "tests", "bench"}
 MAY_NAME_A_BOARD = {"apps", "tests", "bench"}
@@ -53,12 +60,18 @@ SOURCES = (".h", ".cpp", ".ino")
 
 
 def folder_of(path):
-    """The folder of the house that a path stands in, or None: 'board/linux' and 'printer/link' before their parents."""
-    parts = pathlib.PurePosixPath(path).parts
-    if len(parts) < 2:
-        return None
-    two = "/".join(parts[:2])
-    return two if len(parts) > 2 and (two in ARROWS or parts[0] in EACH_PART_HAS_A_ROW) else parts[0]
+    """The room that a path stands in, or None: the deepest that has a row, or must have one, and else its first folder."""
+    parts = pathlib.PurePosixPath(path).parts[:-1]
+    for depth in range(len(parts), 1, -1):
+        room = "/".join(parts[:depth])
+        if room in ARROWS or "/".join(parts[: depth - 1]) in EACH_PART_HAS_A_ROW:
+            return room
+    return parts[0] if parts else None
+
+
+def concrete_board(room):
+    """The concrete board that a room belongs to, or None."""
+    return next((board for board in CONCRETE_BOARDS if room and (room == board or room.startswith(board + "/"))), None)
 
 
 def include_offences(path, text):
@@ -74,7 +87,7 @@ def include_offences(path, text):
                 yield number, f"{part} has no row in ARROWS (give it one)"
         if there not in ARROWS:
             continue
-        if there in CONCRETE_BOARDS and here not in MAY_NAME_A_BOARD and here != there:
+        if concrete_board(there) and here not in MAY_NAME_A_BOARD and concrete_board(here) != concrete_board(there):
             yield number, f"{here} names a concrete board ({target}); only apps do"
         if here in MAY_INCLUDE_ANYTHING or here == there or here not in ARROWS:
             continue
@@ -167,16 +180,16 @@ OPENS_A_FILE = re.compile(r"(?<![\w.>])(?:::open|::creat|::openat|std::fopen|::f
 ROOTS_ROOMS = ("board/linux/", "apps/launcher/", "apps/link/", "apps/port/", "apps/printd/", "apps/printer/", "apps/rights/", "apps/supervisor/",
                "apps/virtual_machine/", "apps/vcpu/")
 MAY_OPEN = {
-    "board/linux/bus_device.cpp": "a device",
-    "board/linux/gpio_pin.cpp": "a device",
-    "board/linux/overheads.cpp": "/proc",
-    "board/linux/pins_file.cpp": "a file of root in a folder of root; made with O_EXCL",
-    "board/linux/real_time_thread.cpp": "a device",
-    "board/linux/sysfs_pin.cpp": "/sys",
-    "board/linux/strangers.cpp": "/proc",
-    "board/linux/thread_times.cpp": "/proc",
-    "board/linux/warden_process.cpp": "/proc",
-    "board/linux/written_files.cpp": "a folder, as a place alone (O_PATH)",
+    "board/linux/pin/bus_device.cpp": "a device",
+    "board/linux/pin/gpio_pin.cpp": "a device",
+    "board/linux/computer/overheads.cpp": "/proc",
+    "board/linux/pin/pins_file.cpp": "a file of root in a folder of root; made with O_EXCL",
+    "board/linux/kernel/real_time_thread.cpp": "a device",
+    "board/linux/pin/sysfs_pin.cpp": "/sys",
+    "board/linux/loop/strangers.cpp": "/proc",
+    "board/linux/kernel/thread_times.cpp": "/proc",
+    "board/linux/loop/warden_process.cpp": "/proc",
+    "board/linux/kernel/written_files.cpp": "a folder, as a place alone (O_PATH)",
     "apps/launcher/kept_process.cpp": "/dev/null",
     "apps/launcher/link_giver.cpp": "its own descriptor, anew",
     "apps/launcher/run_log.cpp": "with O_EXCL and O_NOFOLLOW, by the rights of the service's user",
@@ -240,6 +253,12 @@ def self_test():
         ("printer/machine/a.cpp", '#include "printer/preflight/facts.h"\n', "may not include"),
         ("printer/new/a.cpp", '#include "base/time.h"\n', "no row"),
         ("apps/a.cpp", '#include "printer/new/a.h"\n', "no row"),
+        ("board/linux/kernel/a.cpp", '#include "board/linux/computer/core_lock.h"\n', "may not include"),
+        ("board/linux/computer/a.cpp", '#include "board/linux/loop/crew.h"\n', "may not include"),
+        ("board/linux/pin/a.cpp", '#include "board/linux/loop/crew.h"\n', "may not include"),
+        ("board/linux/loop/a.cpp", '#include "board/linux/linux_board.h"\n', "may not include"),
+        ("board/linux/new/a.cpp", '#include "base/time.h"\n', "no row"),
+        ("runtime/b.cpp", '#include "board/linux/kernel/clock.h"\n', "concrete board"),
         ("runtime/a.cpp", '#include "board/sim/sim_board.h"\n', "concrete board"),
         ("sched/a.cpp", "auto t = std::chrono::steady_clock::now();\n", "time is a parameter"),
         ("web/a.cpp", "int r = system(name);\n", "no shell"),
@@ -254,6 +273,8 @@ def self_test():
     ]
     clean = [*offences("spool/a.cpp", '#include "printer/link/layout.h"\n#include "printer/machine_config.h"\n'),
              *offences("printer/machine/a.cpp", '#include "printer/heat/pid.h"\n#include "printer/machine/state.h"\n'),
+             *offences("board/linux/loop/a.cpp", '#include "board/linux/kernel/clock.h"\n'),
+             *offences("apps/a.cpp", '#include "board/linux/kernel/clock.h"\n'),
              *offences("board/linux/a.cpp", "#include <unistd.h>\nauto a = posix::open_guarded(path, O_RDONLY);\n"),
              *offences("apps/qduino/a.cpp", "std::ifstream in{path};\n"), *offences("sched/a.cpp", "#include <cstdint>\n"),
              *offences("tests/unit/base/time_test.cpp", "namespace qduino::time_test {\n")]

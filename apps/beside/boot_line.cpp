@@ -6,8 +6,8 @@
 #include "base/parts.h"
 #include "base/text.h"
 #include "base/whole_number.h"
-#include "board/linux/cpu_list.h"
-#include "board/linux/kernel_text.h"
+#include "board/linux/kernel/cpu_list.h"
+#include "board/linux/kernel/kernel_text.h"
 #include "board/window/beside_layout.h"
 
 namespace qduino::apps::beside_linux {

@@ -13,7 +13,7 @@
 #include "base/parts.h"
 #include "base/text.h"
 #include "base/whole_number.h"
-#include "board/linux/kernel_text.h"
+#include "board/linux/kernel/kernel_text.h"
 #include "posix/small_file.h"
 #include "posix/system_error.h"
 

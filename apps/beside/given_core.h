@@ -15,7 +15,7 @@
 #include <string>
 
 #include "base/result.h"
-#include "board/linux/core_lock.h"
+#include "board/linux/computer/core_lock.h"
 #include "posix/mapping.h"
 #include "posix/unique_fd.h"
 

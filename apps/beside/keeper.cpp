@@ -2,8 +2,8 @@
 
 #include "apps/terminal/message.h"
 #include "base/text.h"
-#include "board/linux/clock.h"
-#include "board/linux/real_time_thread.h"
+#include "board/linux/kernel/clock.h"
+#include "board/linux/kernel/real_time_thread.h"
 
 namespace qduino::apps::beside_linux {
 

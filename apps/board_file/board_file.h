@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "apps/parts/part_list.h"
-#include "board/linux/linux_config.h"
+#include "board/linux/kernel/linux_config.h"
 #include "board/sim/config.h"
 
 namespace qduino::apps {

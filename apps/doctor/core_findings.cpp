@@ -6,8 +6,8 @@
 #include "apps/doctor/finding.h"
 #include "apps/terminal/human.h"
 #include "base/text.h"
-#include "board/linux/device_interrupts.h"
-#include "board/linux/interference_memory.h"
+#include "board/linux/computer/interference_memory.h"
+#include "board/linux/kernel/device_interrupts.h"
 
 namespace qduino::apps::doctor {
 namespace {

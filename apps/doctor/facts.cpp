@@ -10,8 +10,8 @@
 #include <sstream>
 
 #include "base/parts.h"
-#include "board/linux/host_settings.h"
-#include "board/linux/kernel_text.h"
+#include "board/linux/kernel/host_settings.h"
+#include "board/linux/kernel/kernel_text.h"
 #include "posix/small_file.h"
 
 namespace qduino::apps::doctor {

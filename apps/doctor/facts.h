@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "board/linux/cpu_list.h"
+#include "board/linux/kernel/cpu_list.h"
 
 namespace qduino::apps::doctor {
 

@@ -8,7 +8,7 @@
 #include <thread>
 
 #include "apps/doctor/finding.h"
-#include "board/linux/host_settings.h"
+#include "board/linux/kernel/host_settings.h"
 #include "posix/unique_fd.h"
 
 namespace qduino::apps::doctor {

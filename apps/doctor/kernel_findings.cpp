@@ -91,7 +91,7 @@ Finding clocksource(const Facts& facts) {
                   facts.boot_with("tsc=reliable"));
 }
 
-/// What is not the loop's own and in its CPU time all the same (board/linux/budget_keeper.h).
+/// What is not the loop's own and in its CPU time all the same (board/linux/loop/budget_keeper.h).
 Finding charged_time(const Facts& facts) {
     const auto interrupts = facts.built_with("CONFIG_IRQ_TIME_ACCOUNTING");
     if (!interrupts) return ok("its configuration cannot be read here: not judged");
@@ -111,7 +111,7 @@ Finding charged_time(const Facts& facts) {
                   "use a kernel that was built with " + options);
 }
 
-/// What keeps loops from their warden (board/linux/confinement.h).
+/// What keeps loops from their warden (board/linux/kernel/confinement.h).
 Finding loop_limits(const Facts& facts) {
     const auto filter = facts.built_with("CONFIG_SECCOMP_FILTER");
     if (!filter) return ok("its configuration cannot be read here: not judged");

@@ -9,7 +9,7 @@
 
 #include "apps/doctor/finding.h"
 #include "base/text.h"
-#include "board/linux/control_groups.h"
+#include "board/linux/kernel/control_groups.h"
 
 namespace qduino::apps::doctor {
 namespace {

@@ -21,7 +21,7 @@ using runtime::Runtime;
 
 /// Fewer releases say too little.
 constexpr std::int64_t kRunsAtLeast = 20;
-/// To enforce a shorter budget costs more than the budget (board/linux/crew.h).
+/// To enforce a shorter budget costs more than the budget (board/linux/loop/crew.h).
 constexpr Nanoseconds kBudgetAtLeast = 100us;
 
 Nanoseconds duration_of(std::uint64_t ns) { return Nanoseconds{static_cast<std::int64_t>(ns)}; }

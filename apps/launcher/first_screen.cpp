@@ -12,7 +12,7 @@
 #include "apps/terminal/message.h"
 #include "base/text.h"
 #include "base/whole_number.h"
-#include "board/linux/kernel_text.h"
+#include "board/linux/kernel/kernel_text.h"
 #include "posix/guarded_file.h"
 #include "posix/system_error.h"
 #include "posix/unique_fd.h"

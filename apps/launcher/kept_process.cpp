@@ -15,7 +15,7 @@
 #include "apps/launcher/run_lock.h"
 #include "apps/rights/rights.h"
 #include "apps/terminal/message.h"
-#include "board/linux/clock.h"
+#include "board/linux/kernel/clock.h"
 #include "posix/system_error.h"
 
 namespace qduino::launcher {

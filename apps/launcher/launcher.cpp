@@ -18,9 +18,9 @@
 #include "apps/rights/rights.h"
 #include "apps/terminal/human.h"
 #include "apps/terminal/message.h"
-#include "board/linux/clock.h"
-#include "board/linux/host_settings.h"
-#include "board/linux/kernel_text.h"
+#include "board/linux/kernel/clock.h"
+#include "board/linux/kernel/host_settings.h"
+#include "board/linux/kernel/kernel_text.h"
 #include "posix/guarded_file.h"
 #include "posix/small_file.h"
 #include "posix/system_error.h"
@@ -94,7 +94,7 @@ Result<posix::UniqueFd> take_state(const fs::path& state, const ServiceUser& ser
 }
 
 /// "interrupts 9, task groups 2, …": the lines of a settings state file
-/// (board/linux/host_settings.h), by kind.
+/// (board/linux/kernel/host_settings.h), by kind.
 std::string changes_in(const std::string& state_file) {
     constexpr std::array<std::pair<std::string_view, const char*>, 7> kKinds{{
         {"group\t", "task groups"},

@@ -12,7 +12,7 @@
 #include "apps/launcher/launcher.h"
 #include "apps/terminal/program.h"
 #include "base/whole_number.h"
-#include "board/linux/host_settings.h"
+#include "board/linux/kernel/host_settings.h"
 #include "web/certificate.h"
 #include "web/forwarded.h"
 

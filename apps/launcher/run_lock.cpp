@@ -8,7 +8,7 @@
 #include <thread>
 
 #include "base/whole_number.h"
-#include "board/linux/clock.h"
+#include "board/linux/kernel/clock.h"
 #include "posix/acting_as.h"
 #include "posix/guarded_file.h"
 #include "posix/small_file.h"

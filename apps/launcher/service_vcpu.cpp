@@ -4,7 +4,7 @@
 #include <cstdio>
 
 #include "apps/vcpu/vcpu_report.h"
-#include "board/linux/clock.h"
+#include "board/linux/kernel/clock.h"
 #include "posix/guarded_file.h"
 
 namespace qduino::launcher {

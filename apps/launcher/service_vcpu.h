@@ -18,7 +18,7 @@
 #include "apps/vcpu/process_vcpu.h"
 #include "base/time.h"
 #include "board/guarantee.h"
-#include "board/linux/cpu_group.h"
+#include "board/linux/kernel/cpu_group.h"
 
 namespace qduino::launcher {
 

@@ -9,7 +9,7 @@
 #include <cerrno>
 #include <utility>
 
-#include "board/linux/clock.h"
+#include "board/linux/kernel/clock.h"
 
 namespace qduino::port {
 

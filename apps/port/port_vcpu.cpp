@@ -3,8 +3,8 @@
 #include <utility>
 
 #include "apps/supervisor/importance.h"
-#include "board/linux/clock.h"
-#include "board/linux/real_time_thread.h"
+#include "board/linux/kernel/clock.h"
+#include "board/linux/kernel/real_time_thread.h"
 
 namespace qduino::port {
 

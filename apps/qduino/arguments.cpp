@@ -8,7 +8,7 @@
 #include "apps/qduino/host_name.h"
 #include "apps/toml/toml_section.h"
 #include "base/version.h"
-#include "board/linux/host_settings.h"
+#include "board/linux/kernel/host_settings.h"
 
 namespace qduino::apps {
 namespace {

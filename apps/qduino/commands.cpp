@@ -40,8 +40,8 @@
 #include "apps/terminal/human.h"
 #include "apps/terminal/message.h"
 #include "apps/terminal/program.h"
-#include "board/linux/budget_keeper.h"
-#include "board/linux/host_settings.h"
+#include "board/linux/kernel/host_settings.h"
+#include "board/linux/loop/budget_keeper.h"
 #include "posix/small_file.h"
 
 namespace qduino::apps {

@@ -11,7 +11,7 @@
 #include <fstream>
 
 #include "apps/host/chrome_event.h"
-#include "board/linux/budget_keeper.h"
+#include "board/linux/loop/budget_keeper.h"
 #include "posix/small_file.h"
 
 namespace qduino::apps {

@@ -15,7 +15,7 @@
 
 #include "apps/pins/pin_witness.h"
 #include "base/result.h"
-#include "board/linux/pins_server.h"
+#include "board/linux/pin/pins_server.h"
 
 namespace qduino::apps {
 

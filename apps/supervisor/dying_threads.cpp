@@ -9,8 +9,8 @@
 #include "base/text.h"
 #include "base/time.h"
 #include "base/whole_number.h"
-#include "board/linux/deadline_class.h"
-#include "board/linux/kernel_text.h"
+#include "board/linux/kernel/deadline_class.h"
+#include "board/linux/kernel/kernel_text.h"
 
 namespace qduino::supervisor {
 namespace {

@@ -1,11 +1,11 @@
-// Finds the hang of a sketch in the promises of its loops (board/linux/signs_of_life.h), and puts
-// it into words.
+// Finds the hang of a sketch in the promises of its loops (board/linux/pin/signs_of_life.h), and
+// puts it into words.
 //
 //   silent  a loop is not heard of although it said so: a spin without end, a lock, a SIGSTOP
 //   stuck   a loop, a handler or setup() is heard of and does not get on: a poll, a long delay()
 //
-// and in the beat of its warden (board/linux/warden.h), without which no budget is kept: whatever a
-// loop promises, the others cannot rely on it any more.
+// and in the beat of its warden (board/linux/loop/warden.h), without which no budget is kept:
+// whatever a loop promises, the others cannot rely on it any more.
 //
 //   unwatched   the warden is dead, or its last look is too old, whoever lives under its number
 //

@@ -13,9 +13,9 @@
 #include "apps/supervisor/importance.h"
 #include "apps/terminal/human.h"
 #include "apps/terminal/message.h"
-#include "board/linux/clock.h"
-#include "board/linux/host_settings.h"
-#include "board/linux/real_time_thread.h"
+#include "board/linux/kernel/clock.h"
+#include "board/linux/kernel/host_settings.h"
+#include "board/linux/kernel/real_time_thread.h"
 #include "posix/system_error.h"
 
 namespace qduino::supervisor {

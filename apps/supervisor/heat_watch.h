@@ -51,7 +51,7 @@
 
 #include "apps/supervisor/safe_hands.h"
 #include "base/result.h"
-#include "board/linux/pins_file.h"
+#include "board/linux/pin/pins_file.h"
 #include "posix/mapping.h"
 #include "posix/unique_fd.h"
 

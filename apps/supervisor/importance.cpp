@@ -7,7 +7,7 @@
 
 #include <algorithm>
 
-#include "board/linux/real_time_thread.h"
+#include "board/linux/kernel/real_time_thread.h"
 
 namespace qduino::supervisor {
 namespace {

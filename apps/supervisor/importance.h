@@ -15,7 +15,7 @@
 #pragma once
 
 #include "base/time.h"
-#include "board/linux/clock.h"
+#include "board/linux/kernel/clock.h"
 
 namespace qduino::supervisor {
 

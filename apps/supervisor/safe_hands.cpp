@@ -8,7 +8,7 @@
 #include "apps/link/link_file.h"
 #include "apps/supervisor/dying_threads.h"
 #include "apps/supervisor/importance.h"
-#include "board/linux/clock.h"
+#include "board/linux/kernel/clock.h"
 
 namespace qduino::supervisor {
 namespace {

@@ -18,7 +18,7 @@
 #include "apps/supervisor/system_calls.h"
 #include "base/result.h"
 #include "base/time.h"
-#include "board/linux/safe_outputs.h"
+#include "board/linux/pin/safe_outputs.h"
 
 namespace qduino::supervisor {
 

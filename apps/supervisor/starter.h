@@ -6,8 +6,8 @@
 // longest loop ends its period, and an ordinary thread switches the pins. Seen with two busy
 // processes: heaters on for 20 to 130 ms, and once for 331 ms.
 //
-//   starter     StarterLife: a thread that leaves first (board/linux/death_witness.h), and a word
-//               in memory that it holds
+//   starter     StarterLife: a thread that leaves first (board/linux/pin/death_witness.h), and a
+//               word in memory that it holds
 //   supervisor  Starter: looks at the word at each turn, 10 ms. Is the thread dead, the supervisor
 //               kills the sketch and forces the pins itself, at its real-time priority
 //
@@ -19,7 +19,7 @@
 #include <string>
 
 #include "base/result.h"
-#include "board/linux/death_witness.h"
+#include "board/linux/pin/death_witness.h"
 #include "posix/mapping.h"
 #include "posix/unique_fd.h"
 

@@ -12,9 +12,9 @@
 #include "apps/supervisor/importance.h"
 #include "apps/terminal/human.h"
 #include "apps/terminal/message.h"
-#include "board/linux/clock.h"
-#include "board/linux/core_rivals.h"
-#include "board/linux/death_witness.h"
+#include "board/linux/kernel/clock.h"
+#include "board/linux/kernel/core_rivals.h"
+#include "board/linux/pin/death_witness.h"
 
 namespace qduino::supervisor {
 namespace {

@@ -41,8 +41,8 @@
 #include "apps/supervisor/system_calls.h"
 #include "base/result.h"
 #include "base/time.h"
-#include "board/linux/host_settings.h"
-#include "board/linux/pins_file.h"
+#include "board/linux/kernel/host_settings.h"
+#include "board/linux/pin/pins_file.h"
 #include "posix/unique_fd.h"
 
 namespace qduino::supervisor {

@@ -9,9 +9,9 @@
 
 #include "apps/vcpu/witness.h"
 #include "base/text.h"
-#include "board/linux/cpu_list.h"
-#include "board/linux/kernel_text.h"
-#include "board/linux/real_time_thread.h"
+#include "board/linux/kernel/cpu_list.h"
+#include "board/linux/kernel/kernel_text.h"
+#include "board/linux/kernel/real_time_thread.h"
 #include "posix/system_error.h"
 
 namespace qduino::apps {

@@ -10,9 +10,9 @@
 #include <string>
 
 #include "base/result.h"
-#include "board/linux/core_promises.h"
-#include "board/linux/cpu_group.h"
-#include "board/linux/tree_admission.h"
+#include "board/linux/computer/core_promises.h"
+#include "board/linux/computer/tree_admission.h"
+#include "board/linux/kernel/cpu_group.h"
 #include "posix/unique_fd.h"
 
 namespace qduino::apps {

@@ -15,7 +15,7 @@
 #include <cstring>
 #include <optional>
 
-#include "board/linux/clock.h"
+#include "board/linux/kernel/clock.h"
 #include "posix/system_error.h"
 #include "posix/unique_fd.h"
 

@@ -11,8 +11,8 @@
 #include <array>
 #include <cerrno>
 
-#include "board/linux/clock.h"
-#include "board/linux/cpu_group.h"
+#include "board/linux/kernel/clock.h"
+#include "board/linux/kernel/cpu_group.h"
 #include "posix/system_error.h"
 
 namespace qduino::apps {

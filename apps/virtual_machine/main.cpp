@@ -15,7 +15,7 @@
 #include "apps/machine_file/twin_machine.h"
 #include "apps/terminal/program.h"
 #include "apps/virtual_machine/virtual_machine.h"
-#include "board/linux/clock.h"
+#include "board/linux/kernel/clock.h"
 #include "posix/unique_fd.h"
 
 namespace {

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "board/linux/clock.h"
+#include "board/linux/kernel/clock.h"
 
 namespace qduino::apps {
 

@@ -19,7 +19,7 @@
 #include "apps/inspect/inspect_service.h"
 #include "base/result.h"
 #include "base/time.h"
-#include "board/linux/pins_server.h"
+#include "board/linux/pin/pins_server.h"
 #include "twin/fault.h"
 #include "twin/machine.h"
 #include "twin/printer.h"

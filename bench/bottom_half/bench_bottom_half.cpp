@@ -21,7 +21,7 @@
 #include "apps/command_line/command_line.h"
 #include "bench/rig/report.h"
 #include "bench/rig/samples.h"
-#include "board/linux/clock.h"
+#include "board/linux/kernel/clock.h"
 #include "sched/core_scheduler.h"
 
 namespace qduino::bench {

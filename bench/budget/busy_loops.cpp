@@ -9,11 +9,11 @@
 #include "bench/rig/child.h"
 #include "bench/rig/guarantee_file.h"
 #include "bench/rig/samples.h"
-#include "board/linux/budget_keeper.h"
-#include "board/linux/clock.h"
-#include "board/linux/deadline_class.h"
+#include "board/linux/kernel/clock.h"
+#include "board/linux/kernel/deadline_class.h"
+#include "board/linux/kernel/real_time_thread.h"
 #include "board/linux/linux_board.h"
-#include "board/linux/real_time_thread.h"
+#include "board/linux/loop/budget_keeper.h"
 
 namespace qduino::bench {
 namespace {

@@ -36,8 +36,8 @@
 #include "bench/rig/options.h"
 #include "bench/rig/processes.h"
 #include "bench/rig/samples.h"
-#include "board/linux/clock.h"
-#include "board/linux/pins_server.h"
+#include "board/linux/kernel/clock.h"
+#include "board/linux/pin/pins_server.h"
 #include "posix/unique_fd.h"
 #include "twin/printer.h"
 

@@ -13,7 +13,7 @@
 #include "bench/escape/patterns.h"
 #include "bench/rig/child.h"
 #include "bench/rig/options.h"
-#include "board/linux/clock.h"
+#include "board/linux/kernel/clock.h"
 
 namespace qduino::bench {
 namespace {

@@ -17,8 +17,8 @@
 
 #include "apps/guarantee/guarantee_report.h"
 #include "bench/escape/patterns.h"
+#include "board/linux/kernel/real_time_thread.h"
 #include "board/linux/linux_board.h"
-#include "board/linux/real_time_thread.h"
 
 namespace {
 

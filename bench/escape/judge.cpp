@@ -18,9 +18,9 @@
 
 #include "base/text.h"
 #include "base/whole_number.h"
-#include "board/linux/clock.h"
-#include "board/linux/kernel_text.h"
-#include "board/linux/strangers.h"
+#include "board/linux/kernel/clock.h"
+#include "board/linux/kernel/kernel_text.h"
+#include "board/linux/loop/strangers.h"
 #include "posix/small_file.h"
 #include "posix/unique_fd.h"
 

@@ -27,9 +27,9 @@
 #include <string>
 #include <vector>
 
-#include "board/linux/budget_keeper.h"
-#include "board/linux/clock.h"
-#include "board/linux/real_time_thread.h"
+#include "board/linux/kernel/clock.h"
+#include "board/linux/kernel/real_time_thread.h"
+#include "board/linux/loop/budget_keeper.h"
 
 extern char** environ;  // NOLINT: POSIX's name
 

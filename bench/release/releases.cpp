@@ -10,8 +10,8 @@
 #include "bench/rig/child.h"
 #include "bench/rig/guarantee_file.h"
 #include "bench/rig/samples.h"
+#include "board/linux/kernel/real_time_thread.h"
 #include "board/linux/linux_board.h"
-#include "board/linux/real_time_thread.h"
 #include "runtime/runtime.h"
 
 namespace qduino::bench {

@@ -13,8 +13,8 @@
 #include <cstdlib>
 #include <cstring>
 
-#include "board/linux/clock.h"
-#include "board/linux/host_settings.h"
+#include "board/linux/kernel/clock.h"
+#include "board/linux/kernel/host_settings.h"
 
 namespace qduino::bench {
 namespace {

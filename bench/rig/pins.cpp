@@ -4,7 +4,7 @@
 
 #include <filesystem>
 
-#include "board/linux/clock.h"
+#include "board/linux/kernel/clock.h"
 
 namespace qduino::bench {
 

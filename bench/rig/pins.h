@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "board/linux/pins_server.h"
+#include "board/linux/pin/pins_server.h"
 #include "board/peripherals.h"
 
 namespace qduino::bench {

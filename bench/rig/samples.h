@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "board/linux/pins_file.h"
+#include "board/linux/pin/pins_file.h"
 #include "posix/mapping.h"
 
 namespace qduino::bench {

@@ -20,7 +20,7 @@
 #include "apps/command_line/command_line.h"
 #include "arduino/Arduino.h"
 #include "board/linux/linux_board.h"
-#include "board/linux/pins_server.h"
+#include "board/linux/pin/pins_server.h"
 #include "runtime/runtime.h"
 
 #undef loop

@@ -25,7 +25,7 @@
 
 #include "bench/rig/child.h"
 #include "bench/rig/report.h"
-#include "board/linux/clock.h"
+#include "board/linux/kernel/clock.h"
 #include "spool/blob_store.h"
 #include "spool/store.h"
 

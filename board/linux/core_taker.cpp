@@ -7,13 +7,13 @@
 #include <cstdlib>
 #include <string>
 
-#include "board/linux/clock.h"
-#include "board/linux/control_groups.h"
-#include "board/linux/core_times.h"
-#include "board/linux/crew.h"
-#include "board/linux/device_interrupts.h"
-#include "board/linux/kernel_text.h"
-#include "board/linux/real_time_thread.h"
+#include "board/linux/kernel/clock.h"
+#include "board/linux/kernel/control_groups.h"
+#include "board/linux/kernel/core_times.h"
+#include "board/linux/kernel/device_interrupts.h"
+#include "board/linux/kernel/kernel_text.h"
+#include "board/linux/kernel/real_time_thread.h"
+#include "board/linux/loop/crew.h"
 
 namespace qduino::board::linux {
 

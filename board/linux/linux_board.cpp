@@ -9,12 +9,12 @@
 #include <cstdlib>
 
 #include "base/contract.h"
-#include "board/linux/budget_findings.h"
-#include "board/linux/core_rivals.h"
-#include "board/linux/held_thread.h"
-#include "board/linux/overheads.h"
-#include "board/linux/real_time_thread.h"
-#include "board/linux/written_files.h"
+#include "board/linux/computer/overheads.h"
+#include "board/linux/kernel/core_rivals.h"
+#include "board/linux/kernel/held_thread.h"
+#include "board/linux/kernel/real_time_thread.h"
+#include "board/linux/kernel/written_files.h"
+#include "board/linux/loop/budget_findings.h"
 #include "posix/small_file.h"
 
 namespace qduino::board::linux {

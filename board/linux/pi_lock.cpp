@@ -12,10 +12,10 @@
 #include <unistd.h>
 
 #include "base/contract.h"
-#include "board/linux/announced_wait.h"
-#include "board/linux/cycle_clock.h"
-#include "board/linux/futex.h"
+#include "board/linux/kernel/cycle_clock.h"
+#include "board/linux/kernel/futex.h"
 #include "board/linux/linux_board.h"
+#include "board/linux/loop/announced_wait.h"
 
 namespace qduino::board::linux {
 namespace {

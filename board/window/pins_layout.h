@@ -33,8 +33,8 @@
 //
 // kSettle covers two things that are thousands of times shorter. A store waits in its core until
 // the stores in front of it have left (well below 1 us; interrupts and traps empty the store
-// buffer). And two processes read the same clock slightly apart (board/linux/cycle_clock.h). The
-// idea is that of Morrison and Afek, "Temporally Bounding TSO for Fence-Free Asymmetric
+// buffer). And two processes read the same clock slightly apart (board/linux/kernel/cycle_clock.h).
+// The idea is that of Morrison and Afek, "Temporally Bounding TSO for Fence-Free Asymmetric
 // Synchronization", ASPLOS 2015.
 //
 // A writer that is preempted or throttled in between holds the horizon back for at most kWriterHold
@@ -161,7 +161,8 @@ struct InputPin {
     EdgeTimes falling_times;
 };
 
-/// The core and priority of a loop: to find out why it did not run (board/linux/core_rivals.h).
+/// The core and priority of a loop: to find out why it did not run
+/// (board/linux/kernel/core_rivals.h).
 struct LoopPlace {
     int core = -1;     ///< −1: not said
     int priority = 0;  ///< SCHED_FIFO; 0: an ordinary task
@@ -242,7 +243,7 @@ struct PinsLayout {
     std::atomic<std::uint64_t> sketch_session{0};  ///< counts sketches that attached
     /// SketchDeath; set by the supervisor, cleared by the next sketch.
     std::atomic<std::uint32_t> sketch_dead{0};
-    /// The sketch's thread that dies first (board/linux/death_witness.h): 0 or its number;
+    /// The sketch's thread that dies first (board/linux/pin/death_witness.h): 0 or its number;
     /// kWitnessDied is set by the kernel.
     std::atomic<std::uint32_t> witness{0};
     /// The time on the sketch's own clock, as of its last write or request; 0: it has none, but
@@ -253,7 +254,7 @@ struct PinsLayout {
     /// Shortest bound of a heartbeat; the supervisor sets it before it starts the sketch. 0: no
     /// supervisor.
     std::atomic<std::int64_t> heartbeat_bound_ns{0};
-    /// The process that keeps the sketch's budgets (board/linux/warden.h); 0: none.
+    /// The process that keeps the sketch's budgets (board/linux/loop/warden.h); 0: none.
     std::atomic<std::uint32_t> warden{0};
     /// CLOCK_MONOTONIC by which it looks again, at the latest, if it is not dead; kWardenLeft: all
     /// its wards have ended, and it has gone.

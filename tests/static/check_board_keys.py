@@ -21,7 +21,7 @@ ANALYSIS = [("board/sim/sim_board.cpp", "sched::PlatformOverheads SimBoard::plat
 OWN = "the loop that calls pays for it, out of its own budget"
 PLACE = "says where, not how long"
 FAULT = "a fault: what it does is beside the guarantee, and the run shows it"
-LINUX = "on Linux what things take is measured (board/linux/interference.h, overheads.h), and not said"
+LINUX = "on Linux what things take is measured (board/linux/computer/interference.h, overheads.h), and not said"
 REASONS = {
     "sim.cores": PLACE, "sim.seed": "chooses among arrivals that are all counted", "sim.edge_poll_period": "looks at pins; takes no time",
     "sim.serial_at_baud": OWN, "sim.poll_limit": OWN, "sim.poll_cost": OWN, "sim.body_cost": OWN, "sim.spin_limit": OWN, "sim.stack_bytes": "takes no time",

@@ -81,7 +81,7 @@ def tree_time(command):
 
 
 def promises():
-    """The files of the register (board/linux/shared_file.h): root's, and this user's."""
+    """The files of the register (board/linux/kernel/shared_file.h): root's, and this user's."""
     user = os.geteuid()
     folders = ("/run/qduino", "/run/user/%d/qduino" % user, "/dev/shm/qduino-%d" % user, "/tmp/qduino-%d" % user)
     return [path for folder in folders for path in pathlib.Path(folder).glob("qduino-promise.*")]

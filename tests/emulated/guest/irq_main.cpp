@@ -27,7 +27,7 @@
 #include <string>
 
 #include "base/whole_number.h"
-#include "board/linux/kernel_text.h"
+#include "board/linux/kernel/kernel_text.h"
 #include "tests/emulated/guest/guest_init.h"
 #include "tests/emulated/guest/run_sketch.h"
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "base/time.h"
-#include "board/linux/linux_config.h"
+#include "board/linux/kernel/linux_config.h"
 
 namespace qduino::emulated {
 

@@ -9,8 +9,8 @@
 
 #include "apps/vcpu/tree_run.h"
 #include "apps/vcpu/vcpu_report.h"
-#include "board/linux/clock.h"
-#include "board/linux/kernel_text.h"
+#include "board/linux/kernel/clock.h"
+#include "board/linux/kernel/kernel_text.h"
 
 namespace qduino::emulated {
 namespace {

@@ -5,8 +5,8 @@
 // take is within what admission can count.
 #include <cstdint>
 
-#include "board/linux/core_promises.h"
-#include "board/linux/interference_memory.h"
+#include "board/linux/computer/core_promises.h"
+#include "board/linux/computer/interference_memory.h"
 #include "tests/fuzz/gcode/fuzz_check.h"
 
 namespace {

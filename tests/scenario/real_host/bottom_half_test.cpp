@@ -17,11 +17,11 @@
 #include <utility>
 
 #include "base/whole_number.h"
-#include "board/linux/core_promises.h"
-#include "board/linux/host_settings.h"
-#include "board/linux/kernel_text.h"
+#include "board/linux/computer/core_promises.h"
+#include "board/linux/kernel/host_settings.h"
+#include "board/linux/kernel/kernel_text.h"
+#include "board/linux/kernel/real_time_thread.h"
 #include "board/linux/linux_board.h"
-#include "board/linux/real_time_thread.h"
 #include "tests/unit/linux/fake_machine.h"
 
 namespace qduino::board::linux::test::bottom_half_test {

@@ -13,11 +13,11 @@
 #include <fstream>
 #include <thread>
 
-#include "board/linux/core_lock.h"
-#include "board/linux/core_rivals.h"
-#include "board/linux/host_settings.h"
-#include "board/linux/kernel_text.h"
-#include "board/linux/real_time_thread.h"
+#include "board/linux/computer/core_lock.h"
+#include "board/linux/kernel/core_rivals.h"
+#include "board/linux/kernel/host_settings.h"
+#include "board/linux/kernel/kernel_text.h"
+#include "board/linux/kernel/real_time_thread.h"
 #include "tests/unit/linux/foreign_spinner.h"
 #include "tests/unit/linux/host_snapshot.h"
 #include "tests/unit/linux/pins_fixture.h"

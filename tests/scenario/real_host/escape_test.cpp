@@ -9,7 +9,7 @@
 #include <string>
 
 #include "bench/escape/judge.h"
-#include "board/linux/real_time_thread.h"
+#include "board/linux/kernel/real_time_thread.h"
 
 namespace qduino::board::linux::test::escape_test {
 namespace {

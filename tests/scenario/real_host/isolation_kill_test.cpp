@@ -12,8 +12,8 @@
 #include <random>
 #include <thread>
 
-#include "board/linux/host_settings.h"
-#include "board/linux/real_time_thread.h"
+#include "board/linux/kernel/host_settings.h"
+#include "board/linux/kernel/real_time_thread.h"
 #include "posix/small_file.h"
 #include "posix/unique_fd.h"
 #include "tests/unit/linux/host_snapshot.h"

@@ -10,8 +10,8 @@
 #include <atomic>
 #include <functional>
 
+#include "board/linux/kernel/real_time_thread.h"
 #include "board/linux/linux_board.h"
-#include "board/linux/real_time_thread.h"
 
 namespace qduino::board::linux::test::lock_rank_test {
 namespace {

@@ -9,7 +9,7 @@
 #include <optional>
 #include <string>
 
-#include "board/linux/real_time_thread.h"
+#include "board/linux/kernel/real_time_thread.h"
 #include "tests/unit/linux/foreign_spinner.h"
 
 namespace qduino::board::linux::test::starved_test {

@@ -19,7 +19,7 @@
 #include <string>
 
 #include "apps/supervisor/supervisor.h"
-#include "board/linux/clock.h"
+#include "board/linux/kernel/clock.h"
 
 namespace {
 

@@ -6,7 +6,7 @@
 #include <thread>
 
 #include "board/linux/linux_board.h"
-#include "board/linux/pins_server.h"
+#include "board/linux/pin/pins_server.h"
 #include "tests/unit/board/board_contract.h"
 
 namespace qduino::board::contract::linux_contract_test {

@@ -1,6 +1,6 @@
 // The keeper of a thread's budget and the locks that the thread holds. Counted on the thread's CPU
 // clock: how long it all took does not matter.
-#include "board/linux/budget_keeper.h"
+#include "board/linux/loop/budget_keeper.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 #include <thread>
 #include <vector>
 
-#include "board/linux/clock.h"
+#include "board/linux/kernel/clock.h"
 
 namespace qduino::board::linux::test::budget_keeper_test {
 namespace {

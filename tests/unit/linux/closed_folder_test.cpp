@@ -1,6 +1,6 @@
 // The owner of a closed folder makes and removes folders in it, without the right to pass over all
 // permissions, and leaves it as closed as it was.
-#include "board/linux/closed_folder.h"
+#include "board/linux/kernel/closed_folder.h"
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>

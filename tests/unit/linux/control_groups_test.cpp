@@ -1,11 +1,11 @@
 // What control groups leave to a program: of real-time tasks, of ordinary ones, of cores. The
 // kernel's files are a folder here.
-#include "board/linux/control_groups.h"
+#include "board/linux/kernel/control_groups.h"
 
 #include <gtest/gtest.h>
 
-#include "board/linux/overheads.h"
-#include "board/linux/real_time_thread.h"
+#include "board/linux/computer/overheads.h"
+#include "board/linux/kernel/real_time_thread.h"
 #include "sched/admission.h"
 #include "tests/unit/linux/fake_machine.h"
 

@@ -1,6 +1,6 @@
 // One owner for each core: the second is refused by the first one's name, and whoever dies has
 // given it back.
-#include "board/linux/core_lock.h"
+#include "board/linux/computer/core_lock.h"
 
 #include <fcntl.h>
 #include <gmock/gmock.h>
@@ -13,7 +13,7 @@
 
 #include <thread>
 
-#include "board/linux/real_time_thread.h"
+#include "board/linux/kernel/real_time_thread.h"
 #include "posix/unique_fd.h"
 #include "tests/unit/linux/fake_machine.h"
 #include "tests/unit/linux/stranger.h"

@@ -1,6 +1,6 @@
 // The register of promises: what a program writes another one reads, the dead count no more, and
 // what somebody else put there does no harm.
-#include "board/linux/core_promises.h"
+#include "board/linux/computer/core_promises.h"
 
 #include <fcntl.h>
 #include <gmock/gmock.h>
@@ -12,7 +12,7 @@
 
 #include <optional>
 
-#include "board/linux/loop_promise.h"
+#include "board/linux/computer/loop_promise.h"
 #include "tests/unit/linux/fake_machine.h"
 #include "tests/unit/linux/stranger.h"
 

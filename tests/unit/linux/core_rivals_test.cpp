@@ -1,6 +1,6 @@
 // The search for the task that took a core: on a /proc made of files, and, for root, on the real
 // one.
-#include "board/linux/core_rivals.h"
+#include "board/linux/kernel/core_rivals.h"
 
 #include <gtest/gtest.h>
 

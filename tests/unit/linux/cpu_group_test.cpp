@@ -1,6 +1,6 @@
 // Control groups of both versions: where a group is made, what is written into it, and what is said
 // where none can be made. The kernel's part is in tests/e2e/vcpu.
-#include "board/linux/cpu_group.h"
+#include "board/linux/kernel/cpu_group.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "board/linux/cpu_list.h"
+#include "board/linux/kernel/cpu_list.h"
 
 #include <gtest/gtest.h>
 

@@ -3,8 +3,8 @@
 #include <sched.h>
 #include <sys/prctl.h>
 
-#include "board/linux/bare_spin.h"
-#include "board/linux/crew.h"
+#include "board/linux/kernel/bare_spin.h"
+#include "board/linux/loop/crew.h"
 
 namespace qduino::board::linux::test::crew_start_test {
 namespace {

@@ -1,4 +1,4 @@
-#include "board/linux/crew.h"
+#include "board/linux/loop/crew.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // The cycle clock against the kernel's. Where it cannot be used both are the same, and the tests
 // say little.
-#include "board/linux/cycle_clock.h"
+#include "board/linux/kernel/cycle_clock.h"
 
 #include <gtest/gtest.h>
 

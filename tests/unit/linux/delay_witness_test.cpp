@@ -1,4 +1,4 @@
-#include "board/linux/delay_witness.h"
+#include "board/linux/computer/delay_witness.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>

@@ -17,8 +17,8 @@
 #include <cerrno>
 #include <string>
 
-#include "board/linux/clock.h"
-#include "board/linux/real_time_thread.h"
+#include "board/linux/kernel/clock.h"
+#include "board/linux/kernel/real_time_thread.h"
 #include "posix/small_file.h"
 #include "posix/unique_fd.h"
 

@@ -8,7 +8,7 @@
 #include <map>
 #include <string>
 
-#include "board/linux/host_settings.h"
+#include "board/linux/kernel/host_settings.h"
 #include "posix/small_file.h"
 
 namespace qduino::board::linux::test {

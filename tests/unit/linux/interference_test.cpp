@@ -1,8 +1,8 @@
-#include "board/linux/interference.h"
+#include "board/linux/computer/interference.h"
 
 #include <gtest/gtest.h>
 
-#include "board/linux/interference_memory.h"
+#include "board/linux/computer/interference_memory.h"
 #include "tests/unit/linux/fake_machine.h"
 
 namespace qduino::board::linux::interference_test {

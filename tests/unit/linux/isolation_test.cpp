@@ -1,6 +1,6 @@
 // Changes to the machine and their undoing: on a machine made of files, and, for root, on the real
 // one.
-#include "board/linux/isolation.h"
+#include "board/linux/computer/isolation.h"
 
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -10,10 +10,10 @@
 #include <random>
 #include <thread>
 
-#include "board/linux/core_probe.h"
-#include "board/linux/core_times.h"
-#include "board/linux/device_interrupts.h"
-#include "board/linux/real_time_thread.h"
+#include "board/linux/computer/core_probe.h"
+#include "board/linux/kernel/core_times.h"
+#include "board/linux/kernel/device_interrupts.h"
+#include "board/linux/kernel/real_time_thread.h"
 #include "posix/small_file.h"
 #include "tests/unit/linux/fake_machine.h"
 #include "tests/unit/linux/foreign_spinner.h"

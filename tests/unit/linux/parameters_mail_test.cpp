@@ -1,5 +1,5 @@
 // Parameters that one thread asks of another: whole, the latest, each once.
-#include "board/linux/parameters_mail.h"
+#include "board/linux/loop/parameters_mail.h"
 
 #include <gtest/gtest.h>
 

@@ -10,9 +10,9 @@
 #include <thread>
 #include <vector>
 
-#include "board/linux/clock.h"
-#include "board/linux/pins_server.h"
-#include "board/linux/virtual_pins.h"
+#include "board/linux/kernel/clock.h"
+#include "board/linux/pin/pins_server.h"
+#include "board/linux/pin/virtual_pins.h"
 #include "board/peripherals.h"
 
 namespace qduino::board::linux::test {

@@ -1,5 +1,5 @@
 // Plain I2C transactions as SMBus requests.
-#include "board/linux/smbus_request.h"
+#include "board/linux/pin/smbus_request.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "board/linux/spin_allowance.h"
+#include "board/linux/loop/spin_allowance.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "board/linux/timer_gravity.h"
+#include "board/linux/loop/timer_gravity.h"
 
 #include <gtest/gtest.h>
 

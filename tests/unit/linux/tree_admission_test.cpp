@@ -1,5 +1,5 @@
 // Admission of process trees: below every loop, beside each other, and against a naive schedule.
-#include "board/linux/tree_admission.h"
+#include "board/linux/computer/tree_admission.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

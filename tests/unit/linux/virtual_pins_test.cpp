@@ -1,6 +1,6 @@
 // Both ends of the virtual pins: in one process, and across fork with a sketch that dies at any
 // moment.
-#include "board/linux/virtual_pins.h"
+#include "board/linux/pin/virtual_pins.h"
 
 #include <fcntl.h>
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
 // The warden and the filter of system calls, on loops without real-time priorities: any user can
 // run these. (tests/scenario/real_host has the same with priorities, judged from outside.)
-#include "board/linux/warden.h"
+#include "board/linux/loop/warden.h"
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -27,10 +27,10 @@
 #include <thread>
 #include <utility>
 
-#include "board/linux/clock.h"
+#include "board/linux/kernel/clock.h"
+#include "board/linux/kernel/written_files.h"
 #include "board/linux/linux_board.h"
-#include "board/linux/strangers.h"
-#include "board/linux/written_files.h"
+#include "board/linux/loop/strangers.h"
 
 namespace qduino::board::linux::test::warden_test {
 namespace {

@@ -8,8 +8,8 @@
 #include <thread>
 
 #include "apps/inspect/inspect_server.h"
-#include "board/linux/clock.h"
-#include "board/linux/virtual_pins.h"
+#include "board/linux/kernel/clock.h"
+#include "board/linux/pin/virtual_pins.h"
 #include "device/ads7828.h"
 #include "tests/unit/twin/temporary_folder.h"
 

@@ -1,0 +1,67 @@
+// The control groups of this process: where they are, and what they leave to it
+// (Documentation/scheduler/sched-rt-group.rst, sched-bwc.rst and cgroup-v1/cpusets.rst in the
+// kernel's tree).
+//
+// A loop's core is its own only as far as the groups around its program allow that:
+//
+//   cpu.rt_runtime_us      of real-time tasks, in each cpu.rt_period_us and on each core, where the
+//                          kernel is built with RT_GROUP_SCHED. A group that has 0, as containers
+//                          get it, takes no real-time task at all
+//   cpu.cfs_quota_us,      of ordinary tasks, on all cores together. A group that has spent it
+//   cpu.max                waits
+//   cpuset.cpus            no thread gets onto another core
+//
+// The tightest group counts, from the top down to the own one. `root` precedes /proc and
+// what it names (tests). Not real-time.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/time.h"
+#include "board/linux/kernel/cpu_list.h"
+
+namespace qduino::board::linux {
+
+/// A mounted hierarchy, and this process's group in it.
+struct Hierarchy {
+    std::string top;    ///< folder of the mount
+    std::string group;  ///< path of the own group below `top`: "" or "/a/b"
+};
+
+[[nodiscard]] bool has_word(std::string_view list, char separator, std::string_view word);
+/// The hierarchy of `controller`, of version 1; that of version 2 for an empty name.
+[[nodiscard]] std::optional<Hierarchy> find_hierarchy(const std::string& root, std::string_view controller);
+/// The folders of the groups from the top down to the own one.
+[[nodiscard]] std::vector<std::string> line_of(const Hierarchy& hierarchy);
+/// The number behind `key` in the lines of a file; 0 when there is none.
+[[nodiscard]] std::int64_t value_of(std::string_view lines, std::string_view key);
+
+/// What a group leaves to real-time tasks.
+struct RealTimeGroup {
+    std::string file;  ///< cpu.rt_runtime_us of that group
+    Nanoseconds runtime{};
+    Nanoseconds period{};
+};
+/// The tightest. Nothing: the kernel was built without such shares, or no group limits them.
+[[nodiscard]] std::optional<RealTimeGroup> real_time_group(const std::string& root = "");
+
+/// What a group leaves to ordinary tasks.
+struct CpuQuota {
+    std::string file;  ///< cpu.cfs_quota_us or cpu.max of that group
+    Nanoseconds runtime{};
+    Nanoseconds period{};
+};
+/// The tightest. Nothing: no group around this process has one.
+[[nodiscard]] std::optional<CpuQuota> cpu_quota(const std::string& root = "");
+
+/// How long quotas have kept ordinary tasks of this process's groups waiting, on all cores in sum.
+/// Nothing: no group around it has a quota.
+[[nodiscard]] std::optional<Nanoseconds> kept_waiting_by_quota(const std::string& root = "");
+
+/// The cores that the groups allow; the empty list where no one limits them.
+[[nodiscard]] CpuList cores_of_cpuset(const std::string& root = "");
+
+}  // namespace qduino::board::linux
