@@ -196,6 +196,11 @@ class PrinterSim(unittest.TestCase):
         self.assertAlmostEqual(result["estimated_s"] / result["print_time_s"], 1, delta=0.005)
         self.assertAlmostEqual(sum(result["activities_s"].values()), result["estimated_s"], places=3)
         self.assertRegex(done.stdout, r"estimated [0-9.]+ s before the print, -?[0-9.]+ % off")
+        # The sketch states its own chains; each was gone through, and stayed within its bound.
+        said = " ".join(done.stdout.split())
+        for name in ("thermistors to heaters", "emergency byte to pins"):
+            self.assertRegex(said, r"Chain %s: reaction \S+ \S+ at worst, bound \S+ \S+ \([1-9]" % name)
+        self.assertNotIn("BEYOND IT", said)
         self.assertEqual(result["lost_steps"], 0)
         self.assertLessEqual(max(result["path_deviation_mm_max"][a] for a in "xy"), 0.0125)
         self.assertLessEqual(result["path_deviation_mm_max"]["z"], 0.0005)

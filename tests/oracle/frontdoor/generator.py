@@ -1,13 +1,8 @@
 """Makes random sets (sets.py) that keep what they declare. Which features a set has is drawn first, so that each is also
-met alone. What the judge does not follow to the nanosecond yet is behind a switch (SWITCHES) and off."""
+met alone."""
 
 import sets
 from sets import MS, US
-
-# Each off until simulator and judge agree on it.
-SWITCHES = {
-    "handlers_take_locks": False,  # at the end of a service that goes on without budget they differ by one activation
-}
 
 PERIODS = (2, 4, 5, 5, 8, 10, 10, 12, 16, 20, 25, 40, 50, 100)
 BUSES = ("nic", "disk", "uart", "i2c", "spi")
@@ -25,6 +20,8 @@ class Generator:
         theme = self.random.randrange(8)
         if theme == 0:
             self.make_theme_of_swaps()
+        elif theme == 1 and self.one_in(3):
+            self.make_theme_of_refusals()
         elif theme == 1:
             self.make_theme_of_changes()
         else:
@@ -180,7 +177,7 @@ class Generator:
         for edge in the_set.edges:
             loops = {loop.id for loop in the_set.loops if loop.core == edge.core}
             free = [lock for lock, held in the_set.locks.items() if held and set(held) <= loops]
-            if not SWITCHES["handlers_take_locks"] or not free or not edge.budget or self.one_in(2):
+            if not free or not edge.budget or self.one_in(2):
                 continue
             lock = draw.choice(free)
             for turn, script in enumerate(edge.scripts):
@@ -223,6 +220,29 @@ class Generator:
         first = [away[0], *([("c", steps)] if self.one_in(2) else []), away[1]]
         the_set.loops.append(sets.Loop(len(the_set.loops) + 1, (steps + 1) * the_set.step_ns, period, 1, 0, [first, *rest, [*back, ("c", 1)]]))
 
+    def make_theme_of_refusals(self):
+        """A full core 1 refuses the interrupts that core 0 would be rid of. Then core 0 is asked for as much as it had without them, and its
+        bottom half has work for all of that. What was refused must leave no trace."""
+        draw = self.random
+        the_set = self.set = sets.Set(cores=2)
+        self.add_loops(0)
+        self.add_loops(1)
+        shortest = min((loop.period for loop in the_set.loops if loop.core == 0), default=0)
+        callers = [loop for loop in the_set.loops if loop.core == 1]
+        if not shortest or not callers:
+            return
+        top = min(draw.randint(200, 800) * US, shortest // 4)
+        period = int(draw.uniform(0.8, 2) * shortest)
+        bottom, served = draw.randint(50, 300) * US, 10 * MS
+        budget, more = draw.randint(100, 200) * US, int(served * top / period * draw.uniform(0.4, 1.0))
+        the_set.interrupts.append(sets.Interrupt("nic", period, 0, top, 0, draw.randint(0, 20 * MS)))
+        the_set.interrupts.append(sets.Interrupt("disk", int(bottom * served / (budget + 2 * more)) + 1, 0, 10 * US, bottom, 0))
+        the_set.services.append(sets.Service("disk", budget, served, 0))
+        raised, lowered = ("b", "disk", budget + more, served), ("b", "disk", budget, served)
+        loop = draw.choice(callers)
+        plain = list(loop.scripts[0])
+        loop.scripts = [[raised, *plain], [("a", "nic", 0), raised, *plain], plain, [lowered, ("r", "nic", 0), *plain]]
+
     def make_theme_of_changes(self):
         """Interrupts about as far apart as releases, and a loop that sends them to and fro: what a release meets before a change and
         after it adds up."""
@@ -246,6 +266,23 @@ class Generator:
         if self.one_in(2):
             self.add_edges()
         self.add_changes()
+
+
+# What a set may have beside loops that compute: each is met alone as well.
+FEATURES = {
+    "bottom halves": lambda the_set: the_set.services or the_set.edges,
+    "changes": sets.changes,
+    "edges that take time": lambda the_set: the_set.edge_top,
+    "handlers with locks": sets.handlers_take_locks,
+    "interrupts": lambda the_set: the_set.interrupts or the_set.tick_period,
+    "late wake-ups": lambda the_set: the_set.wake_latency,
+    "locks": lambda the_set: the_set.locks,
+    "locks that say nothing": lambda the_set: not all(the_set.locks.values()),
+    "many interrupts": lambda the_set: len(the_set.interrupts) > 7,
+    "sleeps in pieces": lambda the_set: any(loop.sleeps > 1 for loop in the_set.loops),
+    "switches": lambda the_set: the_set.switch,
+    "victims that pay": lambda the_set: the_set.victim_pays and (the_set.interrupts or the_set.tick_period),
+}
 
 
 def random_set(random):

@@ -140,7 +140,7 @@ def rounded(the_set):
     for place, loop in enumerate(the_set.loops):
         for turn, script in enumerate(loop.scripts):
             for number, step in enumerate(script):
-                values = [step[1] // unit * unit for unit in (1000, 100, 10) if step[1] % unit] if step[0] == "c" else []
+                values = [step[1] // unit * unit for unit in (1000, 100, 10) if step[1] % unit and step[1] > unit] if step[0] == "c" else []
                 values += list(rounder(step[1])) if step[0] == "s" else []
                 for value in values:
                     trial = the_set.copy()

@@ -97,6 +97,10 @@ def changes(the_set):
     return any(step[0] in "arb" for script in scripts_of(the_set) for step in script)
 
 
+def handlers_take_locks(the_set):
+    return any(holder < 0 for held in the_set.locks.values() for holder in held)
+
+
 def sections(script, step_ns):
     """Of each lock: for how long the script holds it. None: it does not pair them well, or takes one twice."""
     held, lengths = [], {}
