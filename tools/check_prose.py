@@ -3,6 +3,7 @@
 
 - A line with a comment has at most 100 columns. clang-format leaves comments alone (ReflowComments: false), because it
   cannot tell a paragraph from a drawing or a table, and tears them; so this check keeps the width.
+- So has a line of a page. What cannot be broken is let be: rows of tables, code, a picture, and a piece without a blank.
 - No line of one to three words stands in the middle of a paragraph: it is left over from an earlier wrap.
 - No sentence begins with "Who" or "Whoever": such a sentence has no subject until its middle.
 
@@ -27,6 +28,7 @@ DRAWING = re.compile(r"[─│┌┐└┘├┤►◄▲▼═║╪┬┴┼]|
 BLOCK_COMMENT = re.compile(r"^ *(/\*(?!.*\*/ *\S)|\* )")  # not one with code behind it
 ITEM = re.compile(r"^ *([-*]|\d+[.)]) +\S")
 TOOLS_WORDS = re.compile(r"\b(NOLINT|clang-format|eslint|shellcheck)")
+UNBROKEN = re.compile(r"(`+).+?\1|\]\([^)]*\)")  # code, and the target of a link
 SENTENCE_OF_WHO = re.compile(r"(?:^|(?<=[.:;!?] ))(Who|Whoever) (?!\S*\?)[^.?]*\.")
 
 
@@ -85,12 +87,30 @@ def left_over(texts):
             yield i
 
 
+def can_be_broken(line):
+    """A line of a page has a blank behind its first word at which it may be broken."""
+    whole = UNBROKEN.sub(lambda piece: piece[0].replace(" ", "_"), line)
+    marker = re.match(r" *(?:[-*+>]|\d+[.)])? *", whole)[0]
+    return " " in whole[len(marker):]
+
+
+def page_offences(lines):
+    is_code = False
+    for number, line in enumerate(lines, 1):
+        if line.lstrip().startswith("```"):
+            is_code = not is_code
+        elif not is_code and SENTENCE_OF_WHO.search(line):
+            yield number, "a sentence begins with Who (say the subject first)"
+        if is_code or len(line) <= COLUMNS_MAX or line.lstrip().startswith(("|", "!")):
+            continue
+        if can_be_broken(line):
+            yield number, f"{len(line)} columns of a page (at most {COLUMNS_MAX}: wrap it)"
+
+
 def offences(path, text):
     lines = text.splitlines()
     if path.endswith(".md"):
-        for number, line in enumerate(lines, 1):
-            if SENTENCE_OF_WHO.search(line):
-                yield number, "a sentence begins with Who (say the subject first)"
+        yield from page_offences(lines)
         return
     marker = marker_of(path)
     for number, line in enumerate(lines, 1):
@@ -115,9 +135,12 @@ def self_test():
         ("base/a.h", "/// Who holds it ranks as the highest.\n", "Who"),
         ("base/a.h", "// It is kept. Whoever comes next\n// reads it.\n", "Who"),
         ("docs/a.md", "Text. Who reads this is lost.\n", "Who"),
+        ("docs/a.md", "a word " * 15 + "\n", "columns"),
+        ("docs/a.md", "- `" + "a word " * 15 + "` and more\n", "columns"),
     ]
     clean = list(offences("base/a.h", "// A head of one line.\n//\n//   a    drawing\n//   b\n//   c    of it\n//\n// Who? is a question.\n"
                                       "const char* url = \"https://a.b\";\n"))
+    clean += offences("docs/a.md", "| " + "a word " * 15 + "|\n```\n" + "a word " * 15 + "\n```\n- `" + "a word " * 15 + "`\n")
     return tree_check.failed_cases(cases, clean, offences)
 
 
