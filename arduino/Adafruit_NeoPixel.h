@@ -54,7 +54,7 @@ class Adafruit_NeoPixel {
     void clear() { fill(); }
     /// 0xWWRRGGBB, as it was set.
     [[nodiscard]] std::uint32_t getPixelColor(std::uint16_t index) const;
-    /// Of what show() sends from now on; 255 changes nothing.
+    /// The brightness of what show() sends from now on; 255 changes nothing.
     void setBrightness(std::uint8_t brightness) { brightness_ = brightness; }
     [[nodiscard]] std::uint8_t getBrightness() const { return brightness_; }
     [[nodiscard]] std::uint16_t numPixels() const { return static_cast<std::uint16_t>(colors_.size()); }

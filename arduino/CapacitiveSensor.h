@@ -20,7 +20,7 @@ class CapacitiveSensor {
     qduino::arduino::Long capacitiveSensor(int samples);
     /// The sum as it is.
     qduino::arduino::Long capacitiveSensorRaw(int samples);
-    /// Of one reading; 2 s unless said otherwise.
+    /// How long one reading may take, with all its samples; 2 s unless said otherwise.
     void set_CS_Timeout_Millis(unsigned long timeout_ms) { timeout_ms_ = timeout_ms; }
     /// How long the lowest reading is kept before it is found anew; 20 s unless said otherwise.
     void set_CS_AutocaL_Millis(unsigned long interval_ms) { calibrate_ms_ = interval_ms; }

@@ -84,14 +84,14 @@ class CFastLED {
     }
     /// show() waits until the last frame is so old. `constrain`: but never makes it faster.
     void setMaxRefreshRate(std::uint16_t per_second, bool constrain = false);
-    /// Of the last 25 frames.
+    /// The rate of the last 25 frames, in frames a second.
     [[nodiscard]] std::uint16_t getFPS() const { return frames_per_second_; }
     void countFPS(int frames = 25);
 
     // ---- The strips
     [[nodiscard]] static int count();
     CLEDController& operator[](int strip) const;
-    /// Of the first one.
+    /// The number of pixels of the first strip; leds(): these pixels.
     [[nodiscard]] static int size();
     [[nodiscard]] static CRGB* leds();
 

@@ -276,7 +276,7 @@ class IRsend {
     void space(unsigned us);
 
     int sendPin = 3;
-    // Of the carrier.
+    // The carrier's period, and how long the light is on in each.
     unsigned periodTimeMicros = 26, periodOnTimeMicros = 26 / 3;
     /// No instruction delays a pulse: the PWM makes it.
     static std::uint16_t getPulseCorrectionNanos() { return 0; }

@@ -75,10 +75,10 @@ class SDClass {
     /// Makes the folders above it as well.
     bool mkdir(const char* path);
     bool mkdir(const String& path) { return mkdir(path.c_str()); }
-    /// Of a file.
+    /// Removes a file.
     bool remove(const char* path);
     bool remove(const String& path) { return remove(path.c_str()); }
-    /// Of an empty folder.
+    /// Removes an empty folder.
     bool rmdir(const char* path);
     bool rmdir(const String& path) { return rmdir(path.c_str()); }
 

@@ -69,7 +69,7 @@ class WiFiClass {
 
     /// What begin() named.
     [[nodiscard]] const char* SSID() const { return network_.c_str(); }
-    /// Of the access point; the host does not say: zeros.
+    /// The hardware address of the access point: zeros, because the host does not say.
     std::uint8_t* BSSID(std::uint8_t* address) const;
     /// The signal in dBm; 0 where the network has no radio.
     [[nodiscard]] std::int32_t RSSI() const { return networkSignal(); }

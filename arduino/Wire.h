@@ -25,7 +25,7 @@
 #define WIRE_HAS_TIMEOUT 1
 
 /// Say in setup() which loops use the bus, and how long each transaction takes: Wire.heldBy(3,
-/// 1ms). Of a bus that says nothing admission assumes that every loop of a core holds it for
+/// 1ms). If nothing is said of a bus, admission assumes that every loop of a core holds it for
 /// kUsualBytes at a time.
 class TwoWire : public Stream, public qduino::arduino::SaysWhoHolds<TwoWire> {
   public:

@@ -77,7 +77,7 @@ class Board {
     /// 0…1 of the reference.
     [[nodiscard]] virtual Result<double> analog_read(PinId pin);
 
-    /// Of the processor, in °C. Not real-time.
+    /// The temperature of the processor, in °C. Not real-time.
     [[nodiscard]] virtual Result<double> chip_temperature();
 
     /// Routes edges of `pin` to `handler`, run as I/O VCPU `io` (which start() was or will be

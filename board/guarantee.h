@@ -23,7 +23,8 @@ struct LoopGuarantee : sched::Vcpu {
     bool core_owned = false;       ///< no other task, movable interrupt or throttling on its core
     FixedString<200> shortfall{};  ///< why not, and the fix; empty when everything holds
 
-    // Of a loop whose budget is watched from outside, on the kernel's clocks; used < 0: nobody has.
+    // How the loop kept to its budget, seen from outside on the kernel's clocks; used < 0: nobody
+    // has watched it.
     Nanoseconds used{-1};       ///< CPU time since the loops began …
     Nanoseconds watched{};      ///< … and the time since then
     std::uint32_t held = 0;     ///< how often it was stopped for having taken more
@@ -31,14 +32,14 @@ struct LoopGuarantee : sched::Vcpu {
     /// What it was stopped for and could not help: the computer took time while it ran.
     FixedString<160> taken{};
 
-    // Of its periods since the loops began. The runtime knows them, the board does not: < 0.
+    // Its periods since the loops began. The runtime knows them; the board does not: releases < 0.
     std::int64_t releases = -1;
     std::int64_t overruns = 0;  ///< releases that ended after the next was due
     std::int64_t dropped = 0;   ///< releases that were never run
     std::int64_t missed = 0;    ///< whole periods that the release in hand has missed so far
     Nanoseconds worst_late{};   ///< worst end after the next was due
 
-    // Of an I/O VCPU: kernel threads that do bottom halves on its budget, and at its rank.
+    // The kernel threads that do bottom halves on the budget of an I/O VCPU, and at its rank.
     std::uint32_t kernel_threads = 0;
     Nanoseconds kernel_used{-1};    ///< CPU time charged to its budget; < 0: nobody keeps them
     std::uint32_t kernel_held = 0;  ///< how often their rank was taken from them for a while
@@ -79,8 +80,8 @@ struct DelayGuarantee {
     VcpuId id = kNoVcpu;
     int core = 0;
     bool owns_core = false;
-    /// Of a loop that owns its core: how long after its end a spin ended. Of any other: how long
-    /// after its next was due a release ended.
+    /// For a loop that owns its core: how long after its end a spin ended. For any other: how long
+    /// after the next was due a release ended.
     Nanoseconds worst{};
     /// When, since the loops began; the time that ended then, and what the kernel counted in it.
     Nanoseconds at{};
@@ -123,7 +124,7 @@ struct CoreGuarantee {
     Nanoseconds worst_gap{-1};          ///< worst gap that a bare spin saw; -1: not measured
     double counted_per_second = -1;     ///< interrupts that admission counts; -1: none
     Nanoseconds counted_cost{};         ///< and how long each is, in the mean
-    /// Of interrupts, without the alarms of programs; -1: not measured.
+    /// All interrupts but the alarms of programs; -1: not measured.
     double without_alarms_per_second = -1;
     Nanoseconds counted_longest{};  ///< and one of them
     bool tick_stopped = false;

@@ -13,7 +13,7 @@
 
 namespace qduino::board {
 
-/// Of one I/O VCPU. One writer; read it when its VCPU has ended.
+/// The times of one I/O VCPU's handlers. One writer; read it when its VCPU has ended.
 class HandlerTimes {
   public:
     /// A handler for what came at `came` (kForever: nobody knows when) ran from `began` to `ended`.

@@ -47,7 +47,7 @@ const sched::LoopResponse* response_of(const Plan& plan, board::VcpuId id) {
     return nullptr;
 }
 
-/// Of a bottom half, likewise.
+/// R of a bottom half, likewise.
 const sched::IoResponse* io_response_of(const Plan& plan, board::VcpuId id) {
     for (const sched::Admission& core : plan.admission().cores) {
         for (const sched::IoResponse& io : core.ios) {
@@ -115,7 +115,7 @@ std::string overheads_text(const Plan& plan) {
     return "Overheads counted, from the board file:\n" + out;
 }
 
-/// Of a sleep that nobody declares R knows nothing: how long it may be.
+/// R leaves out a sleep that was not declared. Says how long such a sleep may be.
 std::string sleepers_text(const Plan& plan) {
     if (!plan.admitted()) return "";
     constexpr Nanoseconds kGrain = 10us;

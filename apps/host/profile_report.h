@@ -5,8 +5,8 @@
 //       length that 99 % of them keep · (1 + margin), rounded up (not where a budget that was
 //       enforced and too short has made them long)
 //
-// Of a handler with an I/O VCPU of its own C is what its busiest stretch of one T took, by the same
-// rule, and T is as declared.
+// For a handler with an I/O VCPU of its own, C follows by the same rule from the CPU time of its
+// busiest stretch of one T. T stays as declared.
 //
 // What was not observed may take longer: a profile is no proof, and the margin is the user's.
 #pragma once
@@ -35,10 +35,10 @@ struct Suggestion {
 /// The next value of two digits: 170 us for 161.2 us.
 [[nodiscard]] Nanoseconds rounded_up(Nanoseconds value);
 
-/// Of a loop that was profiled and has ended.
+/// The suggestion for a loop that was profiled and has ended.
 [[nodiscard]] Suggestion suggestion_for(const runtime::Loop& loop, double margin);
 
-/// Of the handler of `pin`, which has a profile.
+/// The suggestion for the handler of `pin`, which has a profile.
 [[nodiscard]] Suggestion suggestion_for(const runtime::Runtime& runtime, board::PinId pin, double margin);
 
 /// A table of loops and handlers, the worst executions with their causes, the suggestions, and

@@ -61,7 +61,7 @@ struct Options {
     double speed = 0;  ///< of the simulator; 0: in real time, on this machine
     bool isolate = false;
     printd::ServiceOptions service;
-    /// Of the service in each 100 ms of core 0; nothing: it is an ordinary process.
+    /// The budget of the service in each 100 ms of core 0; nothing: it is an ordinary process.
     std::optional<Nanoseconds> service_budget = kServiceBudget;
     /// Asked for: it is not made smaller when it does not fit.
     bool service_budget_exactly = false;

@@ -22,7 +22,7 @@ namespace qduino::launcher {
 
 class LinkGiver {
   public:
-    /// Of the sketch's process. High: no library takes it.
+    /// The descriptor's number in the sketch's process. High: no library takes it.
     static constexpr int kDescriptor = 200;
 
     LinkGiver() = default;

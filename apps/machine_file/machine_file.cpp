@@ -76,7 +76,7 @@ void read_axis(Section& s, AxisConfig& a) {
             s.fault("motors", text<std::string>("at most ", printer::kExtraMotorsMax, " more motors"));
 }
 
-/// Of a delta that somebody has moved.
+/// How far below its switch a delta's lowest carriage is expected, if somebody has moved it.
 constexpr Millimetres kDeltaHangs{35};
 
 /// Without the key each job says it for itself.
@@ -295,7 +295,7 @@ void read_machine(Section& s, MachineConfig& m) {
     s.number("minimum_extrude_floor_celsius", m.minimum_extrude_floor, 0, 400);
     s.number("idle_timeout_s", m.idle_timeout, 0, 86400);
     read_dialect(s, m);
-    // Of a round bed the corner is in the air. The next job homes from there.
+    // A delta's round bed has no corner to park over. The next job homes from the park place.
     const bool is_delta = m.kinematics.type == KinematicsType::delta;
     m.park.x = is_delta ? Millimetres{0} : printer::before_the_switch(m.axes[Axis::x]).from;
     m.park.y = is_delta ? m.axes[Axis::y].maximum : printer::before_the_switch(m.axes[Axis::y]).to;

@@ -23,7 +23,8 @@ using Broken = std::optional<BrokenRule>;
 /// Shorter, and heaters would go off while a person reads what the page says.
 constexpr Seconds kIdleTimeoutMin{30};
 
-/// Of an arm's length: further sideways its carriage would run away from the nozzle.
+/// How far an arm may reach sideways, as a share of its length. Beyond that its carriage would run
+/// away from the nozzle.
 constexpr double kFlattestArm = 0.97;
 
 constexpr std::array<const char*, printer::kAxisCount> kAxisNames{"x", "y", "z", "e"};
@@ -113,7 +114,7 @@ Broken kinematics_rule(const MachineConfig& m) {
                   Shortest{m.axes[Axis::x].steps_per_mm});
 }
 
-/// Of a machine that has a probe.
+/// The rule for the points of the bed mesh. Only a machine with a probe can break it.
 Broken grid_rule(const MachineConfig& m) {
     if (m.probe.pin == printer::kNoPin) return {};
     const Kinematics kinematics{m};

@@ -22,7 +22,7 @@ import time
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 ENDED = ('done', 'cancelled', 'failed')
-TURN_US = 100  # of a core, while the others stand still: as late may a step be
+TURN_US = 100  # how long one core runs while the others stand still; so a step may be this late
 
 
 class MetalPrinter:

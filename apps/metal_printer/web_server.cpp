@@ -16,7 +16,7 @@ using web::Response;
 
 namespace {
 
-/// Of equal length: takes the same time wherever they differ.
+/// For strings of equal length the time does not depend on where they differ.
 bool equal_in_constant_time(std::string_view a, std::string_view b) {
     if (a.size() != b.size()) return false;
     unsigned difference = 0;

@@ -26,7 +26,7 @@ constexpr double kResponseRow = 25, kResponseHead = 54;
 constexpr double kResponsePlot = 700, kShown = 1.25;
 // So many stretches, of all rows, are drawn one by one.
 constexpr std::size_t kShapes = 6000;
-// Of a row's releases, so many get an arrow, and so many a mark.
+// The most releases of a row that are drawn with arrows, and with marks.
 constexpr std::size_t kHeads = 60, kMarks = 1200;
 
 constexpr std::string_view kStyle =

@@ -43,7 +43,7 @@ std::string Raster::png(std::span<const Colour> palette) const {
     image.height = static_cast<png_uint_32>(height_);
     image.format = PNG_FORMAT_RGBA_COLORMAP;
     image.colormap_entries = 256;
-    // Of any file of this size at most; then as much as it has become.
+    // The most that a picture of this size can take. The write puts what it took in its place.
     png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(image);
     std::string out(size, '\0');
     const int written =

@@ -114,7 +114,7 @@ struct Share {
 };
 [[nodiscard]] Share share_of(const Schedule& schedule, Instant from, Instant until);
 
-/// Of `columns` equal parts of the window, how much of each the stretches of a kind fill: 0 to 1.
+/// The window in `columns` equal parts: how much of each the stretches of a kind fill, 0 to 1.
 [[nodiscard]] std::vector<double> filled(const Schedule& schedule, const Row& row, Doing doing, int columns);
 
 }  // namespace qduino::apps::picture

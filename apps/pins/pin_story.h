@@ -37,9 +37,9 @@ class Spread {
 class PinStory {
   public:
     void level(Instant now, bool high);
-    /// Of a PWM output: 0 to 1. The ends are levels.
+    /// The duty of a PWM output: 0 to 1. The ends are levels.
     void duty(Instant now, double duty);
-    /// Of its PWM; 0: the board's own.
+    /// The period of its PWM; 0: the board's own.
     void pwm_period(Nanoseconds period) { pwm_period_ = period; }
     /// The board drives it no more.
     void released(Instant now);

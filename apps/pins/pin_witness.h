@@ -27,7 +27,7 @@ namespace qduino::apps {
 
 class PinWitness final : public board::ForwardingPeripherals {
   public:
-    /// Of rows, so many changes are kept; the rows end where they are used up.
+    /// The most changes that are kept for the rows. The rows end where these are used up.
     static constexpr std::size_t kKept = 500'000;
     /// So many pins get a sentence.
     static constexpr std::size_t kSentences = 12;

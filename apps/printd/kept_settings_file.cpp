@@ -8,7 +8,8 @@
 namespace qduino::printd {
 namespace {
 
-/// Of bounds that hold: the page is shared with a process that may be broken.
+/// The numbers keep to their bounds. They may not: the page is shared with a process that may be
+/// broken.
 bool is_bounded(const printer::KeptBeds& beds) {
     if (beds.size() > printer::KeptBeds::kCapacity) return false;
     return std::ranges::all_of(beds, [](const printer::KeptBed& bed) {

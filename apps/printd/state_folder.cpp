@@ -33,7 +33,7 @@ constexpr std::array<std::string_view, 18> kOurs{"lock",           "run.lock",
                                                  "step-cost-ns*",  "tls",
                                                  "run.log*",       "report.txt*",
                                                  ".address.new.*", ".report.txt.new.*"};
-/// Of these, what root itself made there in earlier versions.
+/// Those of kOurs that root itself made there in earlier versions.
 constexpr std::array<std::string_view, 3> kMadeByRoot{"lock", "run.lock", "address"};
 constexpr int kDepthMax = 4;
 

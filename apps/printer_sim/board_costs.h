@@ -30,7 +30,7 @@ struct BoardCosts {
     [[nodiscard]] double ns_of_a_step(int core) const;
 };
 
-/// Of a run of `board`, on which the motors made `steps` steps.
+/// The costs of a run of `board`, on which the motors made `steps` steps.
 [[nodiscard]] BoardCosts board_costs(const std::string& name, const board::sim::SimConfig& config,
                                      const board::sim::SimBoard& board, double seconds, std::uint64_t steps);
 

@@ -19,7 +19,7 @@ struct Observed {
     double rested_s = 0;                ///< nothing moved for a second or more: heating, pauses
 };
 
-/// Of the file at `path`. Ends `record`.
+/// What was seen of the print of the file at `path`. Ends `record`.
 [[nodiscard]] Observed observed(twin::PrintRecord& record, Instant now, const std::string& path);
 
 /// Keys as docs/printer-sim.md lists them under `layer_height`.

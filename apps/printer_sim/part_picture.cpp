@@ -20,7 +20,7 @@ constexpr double kLegendTop = kViewTop + kViewHeight + 22;
 constexpr double kPanelTop = kLegendTop + 56, kLine = 19;
 constexpr double kPanelWidth = (kWidth - 2 * kLeft - 2 * kGap) / 3;
 constexpr std::size_t kPanelLines = 11;
-// Of the late spots and of the oozes, so many get a mark.
+// The most late spots that get a mark, and the most oozes.
 constexpr std::size_t kMarks = 5;
 
 constexpr std::string_view kStyle =

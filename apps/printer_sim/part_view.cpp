@@ -18,7 +18,7 @@ constexpr int kErrors = 21, kShades = 12;
 
 // The corner view: turned so far about Z, and seen so far from above.
 constexpr double kTurn = -0.6, kTilt = 0.6;
-// Of the picture, around the part.
+// The margin on each side of the part, as a share of the picture.
 constexpr double kMargin = 0.03;
 
 constexpr Colour kThin{0, 114, 178}, kRight{224, 221, 210}, kThick{213, 94, 0};

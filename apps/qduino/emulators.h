@@ -50,7 +50,7 @@ struct EmulatedRun {
 [[nodiscard]] Result<EmulatedRun> run_in_qemu(const EmulatedMachine& machine, BootWay way,
                                               const std::filesystem::path& medium,
                                               const std::filesystem::path& scratch);
-/// An image for aarch64, in QEMU's machine `virt`. Of a pin only changes are seen.
+/// An image for aarch64, in QEMU's machine `virt`. Only changes of a pin are seen.
 [[nodiscard]] Result<EmulatedRun> run_in_virt(const EmulatedMachine& machine,
                                               const std::filesystem::path& image,
                                               const std::filesystem::path& scratch);

@@ -87,7 +87,7 @@ Result<int> preprocess_for_ide(const Sdk& sdk, const Words& words) {
     return become(cpp);
 }
 
-/// Of words that begin with BUILD NAME.
+/// The program that `words` name; they begin with BUILD NAME.
 std::string program_of(const Words& words, BoardKind board) {
     return built_by_ide(fs::path(words[0]) / words[1], board);
 }

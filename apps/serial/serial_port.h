@@ -37,11 +37,11 @@ class SerialPort {
     [[nodiscard]] int fd() const { return fd_.get(); }
     /// The host's end.
     [[nodiscard]] const std::string& name() const { return name_; }
-    /// False of a device: nobody can tell whether a host is at the wire's other end.
+    /// False for a device: nobody can tell whether a host is at the wire's other end.
     [[nodiscard]] bool sees_host() const { return sees_host_; }
-    /// A host has opened the pty, or the other process has connected. Of a device: true.
+    /// A host has opened the pty, or the other process has connected. For a device: true.
     [[nodiscard]] bool host_is_there();
-    /// Bytes read; 0: none now. Error: the port has gone, or of a pty its host.
+    /// Bytes read; 0: none now. Error: the port has gone, or the host of a pty has.
     [[nodiscard]] Result<std::size_t> read(std::span<char> bytes) const;
     /// Bytes written; the rest did not fit now. What a port that has gone would get is lost.
     [[nodiscard]] std::size_t write(std::string_view bytes) const;

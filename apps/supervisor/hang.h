@@ -27,7 +27,7 @@ struct Hang {
     Kind kind = Kind::none;
     board::VcpuId vcpu = board::kNoVcpu;  ///< kNoVcpu of a stuck one: setup()
     Nanoseconds overdue{};                ///< the promise, or the warden's look
-    // Of a stuck one:
+    // Set for a stuck one only:
     Nanoseconds limit{};  ///< from progress to progress, as promised
     Instant heard_of;     ///< the last sign of life, or the end of the sleep that it announced
 

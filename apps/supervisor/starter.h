@@ -25,7 +25,7 @@
 
 namespace qduino::supervisor {
 
-/// Of the program that starts a supervisor. Not moved once it lives.
+/// Belongs to the program that starts a supervisor. Not moved once it lives.
 class StarterLife {
   public:
     /// Makes the memory and the thread: above every loop, where that is allowed. Setup-time. Error:

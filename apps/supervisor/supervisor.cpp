@@ -226,8 +226,8 @@ void Supervisor::put_computer_back() const {
     complain(text<std::string>("the machine's settings are not as before: ", restored.error().message));
 }
 
-/// Of a loop that hung, or of any loop of a sketch that was killed. The task that took the core may
-/// have kept the sketch from dying, and will keep the next one from running.
+/// Finds the task that took the core of a loop that hung, or of any loop of a sketch that was
+/// killed. That task may have kept the sketch from dying, and will keep the next one from running.
 std::string Supervisor::find_who_took_its_core(const Watched& watched, const SketchProcess& sketch) const {
     const PinsLayout& layout = file_.layout();
     // A loop whose core was taken may have missed either promise first.

@@ -1,5 +1,5 @@
-/* Of an AVR's boot loader: what tells one board from another. It has no other part here, so its
- * calls that write to the program's memory do not exist. (avr-libc user manual, <avr/boot.h>.)
+/* The part of an AVR's boot loader that tells one board from another. There is no other part here:
+ * the calls that write to the program's memory do not exist. (avr-libc user manual, <avr/boot.h>.)
  *
  * This file is C and C++. */
 #pragma once

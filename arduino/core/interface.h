@@ -17,7 +17,7 @@ struct Interface {
 
 /// The first one with an address that is not the loopback's; without one, zeros.
 [[nodiscard]] Interface first_interface();
-/// Of that interface; 0: none.
+/// The gateway of that interface, and the host's name server; 0: none.
 [[nodiscard]] std::uint32_t gateway();
 [[nodiscard]] std::uint32_t name_server();
 /// The level that its radio hears, in dBm; none: it has no radio.

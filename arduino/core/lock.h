@@ -30,7 +30,7 @@ class Lock {
     using Unsaid = runtime::Unsaid;
     /// `name`: as the sketch calls it; it outlives the lock.
     explicit Lock(const char* name, Unsaid unsaid) : declaration_(name, unsaid) {}
-    /// Of a bus that is held for `bytes` at a time.
+    /// The lock of a bus that is held for `bytes` at a time.
     Lock(const char* name, board::DeviceClass device, std::size_t bytes)
         : declaration_(name, device, bytes) {}
 

@@ -82,7 +82,7 @@ class PeriodicCall {
     std::atomic<std::int64_t> calls_left_{kNoEnd};
 };
 
-/// Of each timer's loop.
+/// The budget and the period of each timer's loop.
 inline constexpr Nanoseconds kTimerBudget{500'000};
 inline constexpr Nanoseconds kTimerPeriod{5'000'000};
 

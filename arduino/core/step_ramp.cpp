@@ -29,8 +29,8 @@ double StepRamp::next_velocity(double steps_behind) const {
     return std::max(slower, std::min(wanted, std::sqrt(change * std::max(0.0, steps_behind))));
 }
 
-/// Of a step to the speed `after`: part of it at a constant acceleration, the rest at the higher of
-/// both speeds. One from rest to rest goes up for half of it, and down.
+/// How many seconds a step to the speed `after` takes: part of it at a constant acceleration, the
+/// rest at the higher of both speeds. A step from rest to rest goes up for half of it, and down.
 double StepRamp::duration_to(double after) const {
     const double slow = std::min(velocity_, after), fast = std::max(velocity_, after);
     if (fast == 0) return 2 / std::sqrt(acceleration_);

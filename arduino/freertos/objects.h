@@ -42,7 +42,7 @@ class Queue {
 };
 
 /// Counts up to `most`; or, a mutex, belongs to the task that took it, which then ranks as high as
-/// the highest that waits without an end. Of a mutex say in setup() who holds it, as of a Mutex:
+/// the highest that waits without an end. Say in setup() who holds a mutex, as for a Mutex:
 /// mutex->heldBy(1, 2ms).
 class Semaphore : public SaysWhoHolds<Semaphore> {
   public:
@@ -58,7 +58,7 @@ class Semaphore : public SaysWhoHolds<Semaphore> {
     /// False: it is full, or a mutex of another.
     bool give();
     [[nodiscard]] std::uint32_t count() const { return count_.load(); }
-    /// Of a mutex: the loop that has it, or kNoVcpu.
+    /// The loop that has this mutex; kNoVcpu: none, or this is no mutex.
     [[nodiscard]] board::VcpuId holder() const { return holder_.load(); }
 
   private:

@@ -21,7 +21,7 @@ inline BaseType_t xQueueSend(QueueHandle_t queue, const void* item, TickType_t t
 inline BaseType_t xQueueSendToFront(QueueHandle_t queue, const void* item, TickType_t ticks) {
     return queue && queue->send(item, ticks, true) ? pdPASS : errQUEUE_FULL;
 }
-/// Of a queue of one item.
+/// Replaces the item of a queue that has room for one.
 inline BaseType_t xQueueOverwrite(QueueHandle_t queue, const void* item) {
     queue->overwrite(item);
     return pdPASS;

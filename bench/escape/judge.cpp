@@ -67,7 +67,7 @@ std::map<pid_t, Process> descendants() {
     return ours;
 }
 
-/// Of all threads that a process has or had: the kernel's own sum.
+/// The CPU time of all threads that a process has or had, in seconds: the kernel's own sum.
 double cpu_of(pid_t process) {
     clockid_t clock{};
     timespec used{};
@@ -75,7 +75,7 @@ double cpu_of(pid_t process) {
     return static_cast<double>(used.tv_sec) + static_cast<double>(used.tv_nsec) * 1e-9;
 }
 
-/// Of the loops that keep to their budgets.
+/// The CPU time of the loops that keep to their budgets, in seconds.
 double cpu_of_other_loops(pid_t sketch) {
     double used = 0;
     const std::string tasks = "/proc/" + std::to_string(sketch) + "/task/";

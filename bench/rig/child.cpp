@@ -32,7 +32,8 @@ void watch_signals() {
     ::sigaction(SIGTERM, &action, nullptr);
 }
 
-/// Of the calling process and what it starts: at real-time priority without a wait.
+/// Limits how long this process, and what it starts, may run at real-time priority without a
+/// wait.
 void limit_spins(Nanoseconds longest) {
     const auto us = static_cast<rlim_t>(longest / 1us);
     const rlimit limit{us, us};

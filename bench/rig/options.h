@@ -14,7 +14,7 @@ struct Options {
     /// Runs of each contender, in turn: a host's noise comes and goes within seconds.
     int rounds = 8;
     std::string load = "both";  ///< idle, submission or both
-    /// Of the parts that a benchmark has: those with this in their names.
+    /// Only those parts of a benchmark run that have this in their names; empty: all.
     std::string only = {};
 };
 

@@ -6,8 +6,8 @@
 // Its floor is the same player at 100 000 steps/s in the same run, where it has time for
 // everything: what is late there is the computer's. A rate is sustained when p99.99 of the lateness
 // is at most 5 µs more than the floor's, and the time line was stretched by at most 3 % more than
-// the floor's: each time that a host takes the core away moves it. Of several rounds the median
-// trial counts.
+// the floor's: each time that a host takes the core away moves it. The median trial of several
+// rounds counts.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -44,7 +44,7 @@ StepTrial median(std::vector<StepTrial> trials) {
     return *middle;
 }
 
-/// Of the rate that was asked for.
+/// The rate that was played, as a share of the one that was asked for.
 double share_played(const StepTrial& trial) { return trial.played_hz / trial.asked_hz; }
 
 bool is_sustained(const StepTrial& trial, const StepTrial& floor) {

@@ -28,7 +28,7 @@ using printer::link::MotionStatus;
 using printer::step::EventKind;
 using printer::step::StepEvent;
 
-/// Of one trial at most.
+/// The most steps of one trial.
 constexpr std::size_t kMostSteps = std::size_t{1} << 21;
 using StepRing = channel::RingBuffer<StepEvent, kMostSteps>;
 

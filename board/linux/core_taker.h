@@ -43,7 +43,7 @@ class CoreTaker {
     /// Notes the cores in use; isolates and probes those that a loop owns; gives bottom halves to
     /// their VCPUs.
     void take(std::span<const VcpuSpec> specs);
-    /// Of the core that `spec` is to enter; null: it is not isolated.
+    /// The isolation of the core that `spec` is to enter; null: the core is not isolated.
     [[nodiscard]] const Isolation* isolation_of(const VcpuSpec& spec) const {
         return isolation_.owns(spec.core) ? &isolation_ : nullptr;
     }

@@ -139,8 +139,9 @@ void LinuxBoard::busy_until(Instant t) {
 //
 // The ways in and out take one reading of the clock at least, so that much may be left out of the
 // spin. How long a reading takes changes from one moment to the next by a factor of eight here
-// (what else the processor does); so it is measured in the call. Of two in a row the shorter: what
-// comes between (an interrupt, a line that another core has) comes between one of them only.
+// (what else the processor does); so it is measured in the call. The shorter of two in a row
+// counts: what comes between (an interrupt, a line that another core has) comes between one of them
+// only.
 void LinuxBoard::busy_for(Nanoseconds length) {
     const Instant begin = now();
     if (length < kWorthMeasuring) return busy_until(begin + length);

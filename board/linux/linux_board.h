@@ -21,8 +21,8 @@
 //   Warden      keeps those to their budgets that escape
 //   DelayWitness  who took the core of a loop that was late
 //
-// Who may call what: board.h. One board per process: it owns the signal handlers and the process's
-// memory locking.
+// board.h says when each call may be made. One board per process: it owns the signal handlers and
+// the process's memory locking.
 #pragma once
 
 #include <memory>

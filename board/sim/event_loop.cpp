@@ -149,7 +149,8 @@ void EventLoop::work_of_device(DeviceClass device, Nanoseconds cost) {
     const bool served = server && server->queue && current_ && !current_->spec.is_io() && !stop_requested_;
     Vcpu* const caller = current_;
     if (!served || !server->queue->try_push({.cost = cost, .waits = caller})) return consume(cost);
-    // Of a client on another core the analysis knows no period: there it works for the usual one.
+    // The analysis knows no period of a client on another core. There the I/O VCPU works for the
+    // usual client.
     server->core->work_came(*server, caller->core == server->core ? caller->spec.period : Nanoseconds{0},
                             now_);
     look_up();

@@ -140,7 +140,7 @@ class EventLoop {
     void tell_taken(int core, Instant from, Instant until) {
         if (trace_) trace_->on_taken(now_, core, from, until);
     }
-    /// Of the calling VCPU.
+    /// Emits `kind` for the calling VCPU; without one: nothing.
     void note(TraceKind kind);
     void note_body_end() {
         if (!current_) return;

@@ -72,7 +72,7 @@ struct BesideArea {
     std::atomic<std::int64_t> board_ns{0};  ///< its clock at that beat
     std::atomic<BesideState> state{BesideState::off};
     std::atomic<std::uint32_t> status{0};  ///< once it has ended
-    // Of the silence that ended it, on its clock; 0: none did.
+    // The silence that ended it, on its clock; 0: none did.
     std::atomic<std::int64_t> last_beat_ns{0};  ///< when the keeper was last seen to have beaten
     std::atomic<std::int64_t> safe_ns{0};       ///< when all safe levels were driven
 

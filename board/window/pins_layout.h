@@ -75,8 +75,8 @@ struct PinEvent {
     std::uint16_t pin = 0;
     PinEventKind kind = PinEventKind::level;
     Level level = Level::low;  ///< of kind level
-    /// Of kind pwm: the bits of the duty, a float of 0…1; of kind pwm_period: nanoseconds, 0 for
-    /// the board's own.
+    /// Kind pwm: the bits of the duty, a float of 0…1. Kind pwm_period: nanoseconds; 0: the
+    /// board's own.
     std::uint32_t value = 0;
 };
 static_assert(sizeof(PinEvent) == 16);

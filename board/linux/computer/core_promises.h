@@ -73,7 +73,7 @@ class PromiseRegister {
     /// says.
     static Result<PromiseRegister> open(const std::string& root = "", Nanoseconds patience = 5s);
 
-    /// Of programs that live, this one's included.
+    /// The promises of programs that live, this one's included.
     [[nodiscard]] const std::vector<Promise>& living() const { return living_; }
     /// What dead programs left, and this user may take away.
     [[nodiscard]] const std::vector<Promise>& dead() const { return dead_; }

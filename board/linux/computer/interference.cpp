@@ -11,7 +11,7 @@ namespace {
 
 /// Two looks at the clock are some 50 ns apart. No interrupt is shorter than this.
 constexpr Nanoseconds kGap = 1us;
-/// Of the looks' time; above it the core is out of the ordinary.
+/// The share of the looks' time above which the core is out of the ordinary.
 constexpr std::int64_t kManyPpm = 100'000;
 
 constexpr std::int64_t with_margin(std::int64_t found) { return found + found / 2; }
@@ -20,7 +20,7 @@ std::int64_t ppm_of(Nanoseconds taken, Nanoseconds length) {
     return length > Nanoseconds{0} ? taken.count() * 1'000'000 / length.count() : 0;
 }
 
-/// Of the values, `tenths` are no greater.
+/// The value that `tenths` tenths of the values do not exceed; none: zero.
 Nanoseconds quantile(std::vector<Nanoseconds> values, std::size_t tenths) {
     if (values.empty()) return {};
     const auto nth = values.begin() +

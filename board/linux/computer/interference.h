@@ -81,7 +81,7 @@ struct Interference {
     [[nodiscard]] double counted_per_second() const;
 };
 
-/// Of `looks`; `before`: what was counted at the last start.
+/// What `looks` found; `before`: what was counted at the last start.
 [[nodiscard]] Interference interference_of(std::span<const InterferenceLook> looks,
                                            const InterferenceFigures& before);
 

@@ -27,7 +27,7 @@ class InterferenceMemory {
   public:
     static constexpr std::size_t kLooks = 100;
 
-    /// Of `core`: what this user, or root, has remembered. Empty when there is no such file, or
+    /// What this user, or root, has remembered of `core`. Empty when there is no such file, or
     /// none that is believed (posix/guarded_file.h). `root` precedes the folders (tests).
     [[nodiscard]] static InterferenceMemory read(int core, const std::string& root = "");
     /// From the text of a file; lines that are malformed or out of range are left out.

@@ -3,7 +3,7 @@
 // is also one to write every file of every user. But an owner may change what is permitted: the
 // folder is opened to its owner for as long as the change takes, and closed again.
 //
-// Whoever is killed in between leaves it open to its owner alone.
+// A process that is killed in between leaves the folder open to its owner alone.
 #pragma once
 
 #include <string>

@@ -50,7 +50,7 @@ struct CpuGroupPlace {
 
 class CpuGroup {
   public:
-    /// Of the group `name` in `place`: nothing is made yet.
+    /// Stands for the group `name` in `place`; makes nothing yet.
     CpuGroup(const CpuGroupPlace& place, const std::string& name);
 
     /// Makes the folders and sets the budget. Set-up time. Error: what the kernel says; nothing is

@@ -144,7 +144,7 @@ Result<void> undo_line(std::string_view rest) {
 /// Undoes all whole lines of `text`, the last first. A failure does not keep the rest from being
 /// undone.
 Result<void> undo_all(std::string_view text) {
-    // Of another boot: there is nothing left to undo.
+    // The text is of another boot: there is nothing left to undo.
     if (cut(text, '\n') != header()) return {};
     std::vector<std::string_view> lines;
     while (text.find('\n') != std::string_view::npos) lines.push_back(cut(text, '\n'));

@@ -1,7 +1,7 @@
 // The CPU time of a thread of any process, as the kernel tells it: /proc/PID/task/TID/schedstat,
 // kept open.
 //
-// Of a running thread the kernel's figure is as old as its last tick. No heap: may be used in a
+// The kernel's figure for a running thread is as old as its last tick. No heap: may be used in a
 // child of fork() and at any priority.
 #pragma once
 

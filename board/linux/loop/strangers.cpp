@@ -109,7 +109,7 @@ void Strangers::find_in(int folder, pid_t process, bool known, Processes& proces
     for_each_thread(folder, [&](pid_t tid) {
         const bool is_ward = wards_->has(tid);
         if (!is_ward) meet(process, tid, known);
-        // Of the wards, a classic loop alone may start processes.
+        // A classic loop is the only kind of ward that may start processes.
         if (!is_ward || grows_) add_children(process, tid, processes);
     });
 }

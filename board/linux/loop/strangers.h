@@ -48,7 +48,7 @@ struct TaskRank {
     [[nodiscard]] int priority() const { return effective < 0 ? -1 - effective : 0; }
 };
 
-/// Of the text of a /proc/…/stat. All zero where it is none.
+/// What the text of a /proc/…/stat says. All zero where it is none.
 [[nodiscard]] TaskRank task_rank(std::string_view stat);
 
 class Strangers {

@@ -78,7 +78,7 @@ struct WardFindings {
     std::atomic<std::uint32_t> holds;      ///< how often it was stopped
     std::atomic<std::uint32_t> changes;    ///< of its priority or core, by somebody else
     std::atomic<EscapeWay> way;
-    // Of an I/O VCPU with kernel threads: of all that works on its budget.
+    // An I/O VCPU with kernel threads: these count all that works on its budget.
     std::atomic<std::int64_t> kernel_used_ns;
     std::atomic<std::uint32_t> kernel_holds;  ///< how often their priority was taken
 };

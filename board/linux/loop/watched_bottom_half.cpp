@@ -29,7 +29,7 @@ bool WatchedBottomHalf::add(pid_t process, const ThreadPlace& place, bool kernel
     return member.times.open(process, place.tid) && members_.try_push_back(member);
 }
 
-/// Of all of them together; of one that has ended, what it had.
+/// The CPU time of all members together. A member that has ended counts with its last reading.
 Nanoseconds WatchedBottomHalf::cpu() {
     Nanoseconds sum{};
     for (Member& member : members_) {

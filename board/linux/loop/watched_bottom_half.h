@@ -27,8 +27,8 @@ namespace qduino::board::linux {
 
 class WatchedBottomHalf {
   public:
-    /// Of the I/O VCPU `ward` of process `sketch`; its kernel threads get their rank. False: it has
-    /// none, or its budget is not enforced. `orders` and `findings` outlive it.
+    /// Watches the I/O VCPU `ward` of process `sketch`; its kernel threads get their rank. False:
+    /// it has none, or its budget is not enforced. `orders` and `findings` outlive it.
     [[nodiscard]] bool open(pid_t sketch, const Ward& ward, const WardenOrders& orders,
                             WardFindings& findings);
     [[nodiscard]] Instant next_look() const { return watch_.next_look(); }

@@ -16,7 +16,7 @@ namespace {
 
 std::string chip_path(unsigned chip) { return "/dev/gpiochip" + std::to_string(chip); }
 
-/// Of one line; `level` is for outputs.
+/// The configuration of one line; `level` is for outputs.
 gpio_v2_line_config config_of(std::uint64_t flags, Level level) {
     gpio_v2_line_config config{};
     config.flags = flags;

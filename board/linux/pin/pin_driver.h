@@ -33,7 +33,7 @@ class PinDriver {
     virtual ~PinDriver() = default;
     virtual Result<void> set_mode(VcpuId vcpu, PinId pin, PinMode mode) = 0;  ///< setup-time
     virtual void write(VcpuId vcpu, PinId pin, Level level) = 0;
-    /// Of pins that are all this driver's: at one instant where it can.
+    /// Writes pins that are all this driver's, at one instant where it can.
     virtual void write_all(VcpuId vcpu, std::span<const PinId> pins, Level level) {
         for (const PinId pin : pins) write(vcpu, pin, level);
     }
@@ -60,7 +60,7 @@ class PinDriver {
     virtual void force_safe_states() = 0;
 };
 
-/// Of a pin with nothing behind it: reads low.
+/// The driver of a pin with nothing behind it: reads low.
 class NoPin final : public PinDriver {
   public:
     Result<void> set_mode(VcpuId, PinId pin, PinMode) override { return nothing_at(pin); }

@@ -110,8 +110,8 @@ Instant PinsServer::now() const {
 
 Instant PinsServer::past() const { return has_own_clock() ? now() : now() - kSettle; }
 
-/// Returns when each core's stores of before `until` can be seen. Of a clock that is not shared it
-/// is known only that `until` is over by now.
+/// Returns when each core's stores of before `until` can be seen. If the sketch has a clock of its
+/// own, only one thing is known: `until` is over by now.
 void PinsServer::settle(Instant until) const {
     const Instant settled = (has_own_clock() ? monotonic_now() : until) + kSettle;
     while (monotonic_now() < settled) {

@@ -98,8 +98,8 @@ class SignsOfLife {
     bool watched_ = false;
     Nanoseconds bound_{};
     std::array<Nanoseconds, kVcpuLimit> limits_{};
-    /// For a spent budget, since the last sign of life. Of a thread and the handler that
-    /// interrupts it.
+    /// How often each VCPU has slept for a spent budget since its last sign of life, counted up to
+    /// kSleepsThatCount. Its thread writes it, and so does the handler that interrupts the thread.
     std::array<int, kVcpuLimit> slept_{};
 };
 

@@ -148,7 +148,7 @@ start_of_core:
 
 // ---- exceptions --------------------------------------------------------------------------------
 
-// Of what runs on SP_EL0. `kind`: 0 synchronous, 1 IRQ, 2 FIQ, 3 system error.
+// The vector for what runs on SP_EL0. `kind`: 0 synchronous, 1 IRQ, 2 FIQ, 3 system error.
         .macro  of_what_runs kind, to
         .balign 128
         sub     sp, sp, #FRAME
@@ -156,7 +156,7 @@ start_of_core:
         mov     x1, #\kind
         b       \to
         .endm
-// Of the kernel itself, and of levels that do not exist here.
+// The vector for the kernel itself, and for levels that do not exist here.
         .macro  of_kernel kind
         .balign 128
         mov     x1, #\kind

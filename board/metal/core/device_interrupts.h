@@ -73,7 +73,7 @@ class DeviceInterrupts {
     void serve_turns(int core, Instant now);
     /// The I/O VCPUs have ended: from now on top halves serve, and here what was left to serve.
     void serve_all();
-    /// Of the devices whose interrupts come to `core`.
+    /// The number of devices whose interrupts come to `core`.
     [[nodiscard]] int count_on(int core) const;
     /// Which they are, and who serves them: " (nic: io 33, uart: above every loop)".
     [[nodiscard]] FixedString<80> words_on(int core) const;

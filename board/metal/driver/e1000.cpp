@@ -11,11 +11,11 @@ constexpr std::uint32_t kControl = 0x0000, kMemoryRead = 0x0014, kCause = 0x00c0
                         kMaskClear = 0x00d8, kReceiveControl = 0x0100, kTransmitControl = 0x0400,
                         kGap = 0x0410, kReceiveRing = 0x2800, kTransmitRing = 0x3800, kMulticast = 0x5200,
                         kAddress = 0x5400;
-// Of a ring, from its first register on.
+// The registers of a ring, from its first on.
 constexpr std::uint32_t kRingLow = 0x00, kRingHigh = 0x04, kRingBytes = 0x08, kRingHead = 0x10,
                         kRingTail = 0x18;
 
-/// Of an entry's status.
+/// The bit of an entry's status that says that the card is done with it.
 constexpr std::uint8_t kDone = 0x01;
 /// Interrupts of the receiver.
 constexpr std::uint32_t kOnTimer = 0x80, kOnFew = 0x10, kOnOverrun = 0x40;

@@ -16,7 +16,7 @@ Result<void> check(PinId pin, PinMode mode, std::uint16_t pins) {
 // ---- Bay Trail ----------------------------------------------------------------------------------
 
 constexpr std::uint32_t kValue = 8;  // the register behind that of the setup
-// Of the value's register; both enables are active low.
+// The bits of the value's register; both enables are active low.
 constexpr std::uint32_t kLevel = 1, kOutputOff = 2, kInputOff = 4;
 
 /// Where the registers of GPIO_S0_SC[n] are, in units of 16 bytes.

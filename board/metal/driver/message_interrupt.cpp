@@ -3,7 +3,7 @@
 namespace qduino::board::metal {
 namespace {
 
-// Of an entry.
+// The words of an entry, in bytes from its start.
 constexpr std::uint32_t kAddress = 0, kAddressHigh = 4, kData = 8, kControl = 12;
 
 }  // namespace
