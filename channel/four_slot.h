@@ -49,7 +49,8 @@ class FourSlot {
     }
 
   private:
-    /// Of `pair`, the slot written last. Masked: a damaged shared page must not index outside.
+    /// The slot of `pair` that was written last. It is masked: a damaged shared page must not index
+    /// outside.
     static unsigned slot_of(unsigned pair, unsigned latest) { return latest >> (1 + pair) & 1u; }
 
     /// Small values lie in the line of the byte that tells of them: the reader fetches both.

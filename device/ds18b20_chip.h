@@ -28,7 +28,7 @@ class Ds18b20Chip {
     static constexpr Nanoseconds kReset{480'000};
     static constexpr Nanoseconds kPresenceFrom{30'000}, kPresence{120'000};  // 15…60, 60…240 µs
     static constexpr Nanoseconds kSample{30'000};                            // 15…60 µs
-    /// Of a conversion with twelve bits; each bit less takes half of it.
+    /// The time of a conversion with twelve bits; each bit less halves it.
     static constexpr Nanoseconds kConversion{750'000'000};
 
     /// `serial`: 48 bits. `celsius`: what it measures, −55 to 125 °C.

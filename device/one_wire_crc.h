@@ -6,7 +6,7 @@
 
 namespace qduino::device {
 
-/// Of `bytes`; 0 of bytes that end with their own CRC.
+/// The CRC of `bytes`; 0 for bytes that end with their own CRC.
 constexpr std::uint8_t one_wire_crc(std::span<const std::uint8_t> bytes) {
     std::uint8_t crc = 0;
     for (const std::uint8_t value : bytes) {

@@ -17,8 +17,8 @@ struct SensorSpec {
     SensorKind kind = SensorKind::beta;
     double r25_ohm = kEpcosOhm25;  ///< of a thermistor by its Beta: at 25 °C
     double beta_k = kEpcosBeta;
-    /// Of a thermistor by Steinhart–Hart: 1/K, with ln of the resistance in ohms. The defaults are
-    /// those of the Beta law above.
+    /// The coefficients of Steinhart–Hart for a thermistor: they give 1/K from ln of the resistance
+    /// in ohms. The defaults are those of the Beta law above.
     double steinhart_a = 5.4046e-4;
     double steinhart_b = 2.4438e-4;
     double steinhart_c = 0;

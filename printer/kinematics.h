@@ -68,8 +68,8 @@ class Kinematics {
         return tool;
     }
 
-    /// The tool's position, of the motors': the machine's place from its step counts. Of carriages
-    /// that no nozzle could hang from, one near to it.
+    /// The tool's position from the motors': the machine's place from its step counts. Where no
+    /// nozzle could hang from the carriages, it is a place near to that.
     [[nodiscard]] AxisValues tool_from_motors(const AxisValues& motors) const {
         switch (type_) {
             case KinematicsType::cartesian:
@@ -142,7 +142,7 @@ class Kinematics {
             z = std::min(z, switch_height_[tower] - rise(tower, {x, y}));
         return z;
     }
-    /// The tool's place when all carriages are at their switches. Of a delta alone.
+    /// The tool's place when all carriages are at their switches. Only a delta has one.
     [[nodiscard]] AxisValues at_switches() const {
         return tool_from_motors({switch_height_[0], switch_height_[1], switch_height_[2], 0});
     }

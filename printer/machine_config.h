@@ -71,8 +71,8 @@ inline constexpr Seconds kAdvanceMax{2};
 inline constexpr Seconds kSmoothTimeMin{0.001};
 inline constexpr Seconds kSmoothTimeMax{0.2};
 
-/// Of a delta, X, Y and Z are also the towers A, B and C: pins, steps_per_mm, speed and
-/// acceleration are their carriages' as well. Of CoreXY, X and Y are also the motors A and B.
+/// On a delta, X, Y and Z are also the towers A, B and C: pins, steps_per_mm, speed and
+/// acceleration are their carriages' as well. On CoreXY, X and Y are also the motors A and B.
 struct AxisConfig {
     double steps_per_mm = 0;
     MillimetresPerSecond max_speed{};
@@ -85,8 +85,8 @@ struct AxisConfig {
     Millimetres home_retreat{};
     Millimetres home_position{};  ///< coordinate at the endstop
     bool home_towards_minimum = true;
-    /// Where an axis is expected to stand that has not been homed: so far from its switch. Of a
-    /// delta, Z's: the carriage that is farthest from its switch.
+    /// Where an axis is expected to stand that has not been homed: so far from its switch. On a
+    /// delta only Z's counts: the distance of the carriage that is farthest from its switch.
     Millimetres expected_from_switch{45};
     ShaperConfig shaper{};            ///< X and Y
     bool direction_inverted = false;  ///< DIR high moves towards minus
@@ -349,7 +349,7 @@ struct MachineConfig {
     StartConfig start{};
 };
 
-/// Of the filament: mm³ in a millimetre.
+/// The cross-section of the filament, mm²: so many mm³ are in a millimetre of it.
 constexpr double filament_area_mm2(const MachineConfig& machine) {
     return std::numbers::pi / 4 * machine.filament_diameter.value() * machine.filament_diameter.value();
 }

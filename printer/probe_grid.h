@@ -15,14 +15,14 @@ namespace qduino::printer {
 struct ProbePlace {
     std::size_t column = 0;
     std::size_t row = 0;
-    /// Of the nozzle, while the probe is above the grid's point.
+    /// The place of the nozzle while the probe is above the grid's point.
     Millimetres x{};
     Millimetres y{};
 };
 
 constexpr std::size_t probe_count(const MeshConfig& mesh) { return mesh.points[0] * mesh.points[1]; }
 
-/// Contract: `index` is below probe_count(). Of a grid of at least 2 × 2.
+/// Contract: `index` is below probe_count(), and the grid has at least 2 × 2 points.
 constexpr ProbePlace probe_place(const MachineConfig& machine, std::size_t index) {
     const MeshConfig& mesh = machine.mesh;
     const std::size_t row = index / mesh.points[0], along = index % mesh.points[0];

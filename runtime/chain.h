@@ -29,7 +29,7 @@ struct Chain {
     board::DeviceClass device = board::DeviceClass::all;  ///< device
     /// For people; `to` is empty until it is said.
     Words from, to;
-    /// Of a sketch's declaration the loops alone; in a plan with the I/O VCPU in front.
+    /// A sketch's declaration has the loops alone; in a plan the I/O VCPU stands in front of them.
     sched::ChainStages stages;
     sched::ChainLimits limits;
     const char* wrong = nullptr;  ///< why its declaration cannot stand

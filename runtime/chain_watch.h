@@ -9,8 +9,8 @@
 // An input that changed just behind the first stage's read is in no output before one of a later
 // stamp. So the reaction is from the stamp of the output before to the first output with another
 // one (M. Günzel et al., "On the Equivalence of Maximum Reaction Time and Maximum Data Age for
-// Cause-Effect Chains", ECRTS 2023). Of a chain that begins with an edge each edge is followed, the
-// oldest where several wait for a stage.
+// Cause-Effect Chains", ECRTS 2023). In a chain that begins with an edge each edge is followed, and
+// the oldest where several wait for a stage.
 //
 // Each stage calls for itself, from its own VCPU. Allocates and locks nothing.
 #pragma once

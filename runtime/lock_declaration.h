@@ -81,12 +81,12 @@ class LockDeclaration {
     void held_by(void (*handler)(), Nanoseconds length, const char* file = "", int line = 0) {
         add({.handler = handler, .length = length, .file = file, .line = line});
     }
-    /// Of a bus: setup() has begun it. One that is not begun counts only where setup() was not run.
+    /// setup() has begun the bus. A bus that is not begun counts only where setup() was not run.
     void use() { in_use_ = true; }
     [[nodiscard]] bool in_use() const { return in_use_ || setup_skipped_; }
     /// setup() was not run, so nobody knows what it would begin.
     static void note_setup(bool skipped) { setup_skipped_ = skipped; }
-    /// Of a bus: the clock that was set.
+    /// The clock of the bus was set to `hz`.
     void set_clock(std::uint32_t hz) { clock_hz_ = hz; }
 
     /// While the loops run: `vcpu` takes it. Any thread.

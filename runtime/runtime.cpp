@@ -15,7 +15,7 @@ constexpr Nanoseconds kSpinMargin = 1ms;
 /// A handler that is held back looks again so often.
 constexpr Nanoseconds kHeldRetry = 20us;
 
-/// Of the cores that are shared: elsewhere nothing is counted.
+/// The overheads of the cores that are shared; for the others nothing is counted.
 std::vector<sched::PlatformOverheads> overheads_of(board::Board& board, const Plan& plan) {
     std::vector<sched::PlatformOverheads> overheads(static_cast<std::size_t>(board.core_count()));
     for (int core = 0; core < board.core_count(); ++core) {
@@ -255,8 +255,8 @@ void Runtime::begin_release(Loop& loop, const Release& release) {
     board_.note_release(release.nominal);
 }
 
-/// Of the release in hand, at its end: the way to its first instruction is kept short. Once for
-/// each release.
+/// Records once how late this release began. It is called at the end of the release, so that
+/// nothing delays its first instruction.
 void Runtime::record_latency(Loop& loop) {
     if (loop.latency < Nanoseconds{0}) return;
     loop.statistics.release_latency_ns.record(loop.latency.count());
@@ -323,7 +323,7 @@ Result<void> Runtime::interrupts_vcpu(board::DeviceClass device, Nanoseconds bud
     } else {
         plan_.redeclare_io(io, {budget, period}, core);
     }
-    // Of the GPIO class the bottom halves are the attached handlers.
+    // The bottom halves of the GPIO class are the attached handlers.
     Result<void> served;
     if (device != board::DeviceClass::gpio) served = board_.serve_interrupts(device, io);
     if (!served) {

@@ -77,7 +77,7 @@ class Runtime {
         return id < loops_.size() ? loops_[id].get() : nullptr;
     }
 
-    /// Of the handler of `pin`; null: it has none, or no profile was asked for.
+    /// The profile of the handler of `pin`; null: it has none, or no profile was asked for.
     [[nodiscard]] const ExecutionProfile* handler_profile(board::PinId pin) const {
         return pin.number < board::kPinCount ? handlers_[pin.number].profile.get() : nullptr;
     }

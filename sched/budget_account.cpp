@@ -138,7 +138,8 @@ void BudgetAccount::take_up_work() {
     charged_to_ = cpu_at_wake_;
 }
 
-/// Of the way through a sleep for a spent budget: half of what the warden overlooks in a period.
+/// The longest part of the way through a sleep for a spent budget that is left out: half of what
+/// the warden overlooks in a period.
 Nanoseconds BudgetAccount::longest_way_left_out() const {
     return std::max(server_.parameters().period / (2 * BudgetWatch::kMarginDivisor),
                     BudgetWatch::kWaitInAnyPeriod);

@@ -30,11 +30,11 @@
 // often as it likes, so of the way through one no more than a thousandth of its period is left out,
 // or 10 µs: less than the warden overlooks (budget_watch.h).
 //
-// Where the way into that sleep is charged, it is when the sleep is over, against the replenishment
-// that it waited for. If it slept to that very instant, its first token would be ahead of the clock
-// by that charge, so it would have nothing, and sleep again: for so short a time that all of it is
-// the way in and out, which moves the next token ahead by as much. It would pay with its whole
-// budget for sleeps. So it sleeps longer, by `rest`: more than the way in costs.
+// The way into that sleep, where it is charged, is charged when the sleep ends, against the
+// replenishment that it waited for. A thread that slept to exactly that instant would then be short
+// by the charge, and would sleep again. Each such sleep costs as much as it gains, so the thread
+// would pay with its whole budget for sleeps. It therefore sleeps `rest` longer, which is more than
+// the way in costs.
 //
 // Locks. A thread that sleeps with a lock holds up everybody who waits for the lock, whatever their
 // priority. If it went on at its rank instead, it would hold up those who want no lock. So a thread
@@ -104,8 +104,8 @@ class BudgetAccount {
     };
 
     BudgetAccount() = default;  ///< for containers only: assign before use
-    /// Of a thread that runs, from `reading` on. A throttled one sleeps `rest` longer than to its
-    /// replenishment.
+    /// The account of a thread that runs, from `reading` on. A throttled thread sleeps `rest`
+    /// longer than to its replenishment.
     BudgetAccount(const Server& server, const BudgetReading& reading, Nanoseconds rest = {});
 
     /// The timer came, or there is another reason to look at the account. Contract: the thread

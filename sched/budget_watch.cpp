@@ -94,7 +94,7 @@ BudgetWatch::Verdict BudgetWatch::look(Instant now, ThreadTimes times) {
     return Verdict::run;
 }
 
-/// Of one whose level is below what the patience allows.
+/// True when a thread whose level is below what the patience allows goes on to use CPU time.
 bool BudgetWatch::goes_on() {
     if (!fallen_) {
         fallen_ = true;

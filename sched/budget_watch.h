@@ -68,7 +68,7 @@ class BudgetWatch {
     };
 
     BudgetWatch() = default;  ///< for arrays only: assign before use
-    /// Of a VCPU that begins at `now` with `times`. `wait`: see the head of this file.
+    /// The watch of a VCPU that begins at `now` with `times`. `wait`: see the head of this file.
     BudgetWatch(VcpuParameters vcpu, Nanoseconds wait, Instant now, ThreadTimes times);
 
     /// These are its times at `now`. An instant before the last one is taken as the last one.

@@ -44,8 +44,8 @@ inline constexpr std::size_t kChainStageLimit = 8;
 
 struct ChainStage {
     VcpuId vcpu = 0;
-    /// Of a loop that owns its core and waits for no period: one pass of it lasts so long at most.
-    /// 0: it waits for its periods.
+    /// The longest pass of a loop that owns its core and waits for no period. 0: the loop waits for
+    /// its periods.
     Nanoseconds pass{};
     /// It takes from the stage before through a ring buffer, which it drains at each release.
     bool queued = false;
@@ -66,7 +66,8 @@ struct ChainBound {
     Nanoseconds reaction{};
     Nanoseconds age{};  ///< from the begin of the release that reads first; not of one with an edge
     bool has_age = true;
-    /// Of each stage: how long after the release before it (the first: after the event) its own is.
+    /// For each stage, how long its release comes after that of the stage before it (for the first
+    /// stage, after the event).
     FixedVector<Nanoseconds, kChainStageLimit> reaction_steps, age_steps;
     /// From the release of the last stage to its end.
     Nanoseconds last{};
@@ -84,7 +85,8 @@ struct ChainLimits {
     }
 };
 
-/// Of loops and bottom halves as they were admitted. Contract: there is a stage.
+/// The bound of a chain of loops and bottom halves as they were admitted. Contract: there is a
+/// stage.
 [[nodiscard]] ChainBound bound_of(const MulticoreAdmission& admission, const ChainStages& stages);
 
 /// The longest period of the loop `id`, all else unchanged, with which every loop is admitted and

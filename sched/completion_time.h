@@ -4,8 +4,8 @@
 //           + Σ_{k in I/O} (D_k + U_k·(R − D_k))  +  platform(R)  +  (1 + sleeps)·late
 //
 // C     budget, what an activation and each further wait costs (admission.h), and the waits for
-//       handlers that hold a lock (blocking.h). Of others: with what they have beside the budget
-//       to pay for interrupts (CoreLoad::allowance_of())
+//       handlers that hold a lock (blocking.h). The C of others also has what they have beside the
+//       budget to pay for interrupts (CoreLoad::allowance_of())
 // S     the longest that a release sleeps, counted as if it computed meanwhile
 // B     blocking by lower loops (blocking.h); after each sleep, and after each wait for another
 //       core, it can come again
@@ -74,8 +74,8 @@ class CompletionTime {
 
     /// R of loop `i` if it is at most `limit`, else some value beyond `limit`.
     [[nodiscard]] Nanoseconds response(std::size_t i, Nanoseconds limit) const;
-    /// Of bottom half `k`, in the order of the load, when it works for the loop of the shortest
-    /// period, or for the client that it names. Contract: there is a loop.
+    /// The verdict on bottom half `k`, in the order of the load, when it works for the loop of the
+    /// shortest period, or for the client that it names. Contract: there is a loop.
     [[nodiscard]] IoResponse io_verdict(std::size_t k) const;
     /// Each R <= T?
     [[nodiscard]] bool every_loop_meets() const;
@@ -90,7 +90,7 @@ class CompletionTime {
     /// Each loop meets by the term of Missimer, West, too. What that admits is not refused for a
     /// late service.
     [[nodiscard]] bool meets_beside_whole_services() const;
-    /// Of each loop, highest first, with R followed up to kResponseLimit·T.
+    /// The verdict on each loop, highest first, with R followed up to kResponseLimit·T.
     [[nodiscard]] FixedVector<LoopResponse, kMainVcpuLimit> verdicts() const;
     /// The shares of `window` from the release of loop `i` on: its own budget, each VCPU of higher
     /// priority, each I/O VCPU, the platform. In a window of length R the sum is R.
@@ -127,7 +127,8 @@ class CompletionTime {
     /// For others.
     [[nodiscard]] Nanoseconds cost(std::size_t j) const { return own_cost(j) + allowance_[j]; }
     [[nodiscard]] Level level_of(std::size_t i) const;
-    /// Of a service of bottom half `k` for `client`; kNone: of none, beside all bottom halves.
+    /// The level of a service of bottom half `k` for `client`; kNone: no service of its own, beside
+    /// all bottom halves.
     [[nodiscard]] Level level_of_service(std::size_t k, Nanoseconds client) const;
     /// Counts the bottom halves but for `itself`, when they work for clients of at most `longest`.
     void add_services(Level& level, Nanoseconds longest, std::size_t itself) const;

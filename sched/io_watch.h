@@ -36,8 +36,8 @@ class IoWatch {
     };
 
     IoWatch() = default;  ///< for arrays only: assign before use
-    /// Of an I/O VCPU that works for a client of `client_period` (0: its own period), whose threads
-    /// have used `cpu` at `now`. `look_every`: how soon a look can follow another.
+    /// The watch of an I/O VCPU that works for a client of `client_period` (0: its own period),
+    /// whose threads have used `cpu` at `now`. `look_every`: how soon a look can follow another.
     IoWatch(VcpuParameters io, Nanoseconds client_period, Nanoseconds look_every, Instant now,
             Nanoseconds cpu);
 
@@ -50,7 +50,7 @@ class IoWatch {
     /// Nothing can be found out before.
     [[nodiscard]] Instant next_look() const;
 
-    /// Of the time that was charged to it.
+    /// The CPU time that was charged to it.
     [[nodiscard]] Nanoseconds used() const { return server_.consumed(); }
     [[nodiscard]] Nanoseconds watched() const { return looked_at_ - started_at_; }
     /// How often it was to be held.

@@ -19,8 +19,8 @@ Nanoseconds PlatformOverheads::interference(Nanoseconds window) const {
     return sum;
 }
 
-/// Of two that come at least `interval` apart and up to `jitter` closer, no more come in any window
-/// than of one with the shorter interval and the longer jitter.
+/// Each interferer comes at least `interval` apart, and up to `jitter` closer. So in any window
+/// neither of two comes more often than one with the shorter interval and the longer jitter.
 void PlatformOverheads::add(const PlatformInterferer& interferer) {
     if (interferer.cost <= Nanoseconds{0}) return;
     if (interferers.size() + 1 < interferers.kCapacity) return interferers.push_back(interferer);

@@ -31,7 +31,7 @@ struct PlatformInterferer {
 
 /// Measured by a board; zero in the simulator unless configured.
 struct PlatformOverheads {
-    // Of each activation, beside what is charged to its budget:
+    // The cost of each activation, beside what is charged to its budget:
     Nanoseconds release_cost{};      ///< wake-up and two context switches
     Nanoseconds enforcement_cost{};  ///< the budget's timer
     /// Each further wait within a release, for a lock or asleep, where it is not charged to the
@@ -54,9 +54,9 @@ struct PlatformOverheads {
     /// How many priorities the board tells apart. VCPUs beyond share the last one.
     std::size_t priorities = kMainVcpuLimit + kIoVcpuLimit;
 
-    /// Of one activation of a VCPU.
+    /// The cost of one activation of a VCPU.
     [[nodiscard]] Nanoseconds per_activation() const { return release_cost + enforcement_cost; }
-    /// Of a release of `loop`, which asks for locks so often.
+    /// The cost of a release of `loop`, which makes so many requests for locks.
     [[nodiscard]] Nanoseconds per_release(const Vcpu& loop, std::int64_t requests) const {
         return per_activation() + (loop.times_asleep() + requests) * wait_cost;
     }
@@ -87,9 +87,9 @@ struct CoreLoad {
     FixedVector<Vcpu, kMainVcpuLimit> mains;
     FixedVector<Vcpu, kIoVcpuLimit> ios;
     PlatformOverheads overheads;
-    /// Of `mains` and `ios`; those of other cores do not count.
+    /// The sections of `mains` and `ios`; those of other cores do not count.
     CriticalSections sections{};
-    /// Of those `mains` that have any; from count_remote_waits().
+    /// The waits of those `mains` that have any; from count_remote_waits().
     FixedVector<RemoteWaits, kMainVcpuLimit> waits{};
 
     /// Nothing of a loop that has none.

@@ -167,7 +167,7 @@ class Waiter {
         }
         return sum;
     }
-    /// Of one lock alone, a lower loop can have it before the waiter only if it has it already.
+    /// With one lock alone, a lower loop can have it before the waiter only if it has it already.
     [[nodiscard]] bool holds_first(const Member& other) const {
         const bool one_lock = (self_.group & (self_.group - 1)) == 0;
         return one_lock && other.group == self_.group && !is_above(*other.loop, other.core);

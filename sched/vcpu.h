@@ -24,8 +24,9 @@ inline constexpr int kAnyCore = -1;
 /// bits.
 inline constexpr Nanoseconds kPeriodMax = std::chrono::hours{24};
 
-/// `budget` of CPU time in every `period`. Of an I/O VCPU only their ratio counts, its utilisation:
-/// its budget and priority at an instant follow from the main VCPU that it serves (pibs.h).
+/// `budget` of CPU time in every `period`. For an I/O VCPU only their ratio counts, its
+/// utilisation: its budget and priority at an instant follow from the main VCPU that it serves
+/// (pibs.h).
 struct VcpuParameters {
     Nanoseconds budget{};
     Nanoseconds period{};

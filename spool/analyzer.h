@@ -34,7 +34,7 @@ struct Analysis {
     double estimated_s = 0;   ///< 0: unknown
     std::string layers_json;  ///< array of layers in the packed file; empty: none were packed
     std::string thumbnail;    ///< PNG bytes; empty: none
-    /// Of a violation: lines that would make it fit, put in front of it; empty: there are none.
+    /// Lines that make a file with a violation fit, put in front of it; empty: there are none.
     std::string prologue;
 };
 

@@ -40,8 +40,8 @@ struct Job {
     int copies = 1;  ///< 1 … kMaxCopies
     int copies_done = 0;
     int priority = 0;  ///< −kMaxPriority … kMaxPriority; higher first
-    /// Of a waiting job: within a priority, the lower comes first. Of an ended job: the later it
-    /// ended, the higher. A clock that was set back cannot mix them.
+    /// Among waiting jobs of one priority the lower comes first. Among ended jobs the one that
+    /// ended later has the higher. A clock that was set back cannot mix them.
     std::int64_t order = 0;
     UnixSeconds created_s = 0;
     UnixSeconds started_s = 0;  ///< of the running or last copy; 0: never

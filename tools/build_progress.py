@@ -41,7 +41,7 @@ def left_in_words(seconds):
 
 
 def cost(step):
-    """Of a step by ninja's line for it, or by its command."""
+    """The cost of a step by ninja's line for it, or by its command."""
     if not COMPILES.search(step):
         return OTHER_S
     return JOINED_S if "/Unity/" in step else FILE_S

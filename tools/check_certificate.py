@@ -364,7 +364,7 @@ class Computer:
         return loop["period_ns"] <= waiter["period_ns"]
 
     def holds_first(self, loop, waiter):
-        """Of one lock alone, a lower loop can have it before the waiter only if it has it already."""
+        """With one lock alone, a lower loop can have it before the waiter only if it has it already."""
         group = self.groups[waiter["id"]]
         return len({lock for each, lock in self.held if each in group}) == 1 and loop["id"] in group and not self.above(loop, waiter)
 

@@ -37,7 +37,7 @@ class AskedLines {
     [[nodiscard]] std::optional<CommandLine> take_typed();
     /// Whose the file is, as far as it has been read. A line that was typed says nothing of it.
     [[nodiscard]] Flavour flavour() const { return flavour_; }
-    /// Of the line of the file that next() gave last, from 1.
+    /// The number, from 1, of the line of the file that next() gave last.
     [[nodiscard]] std::uint64_t number() const { return file_.number(); }
 
   private:

@@ -206,7 +206,7 @@ void AskedPath::change_flow(const CommandLine& command) {
     stretch({command.typed->behind, then->e_mm - left_mm, left_mm, filament_.flow / before});
 }
 
-/// Of what has been read. What is left of the line is the end of it, whatever it is made of.
+/// Stretches what has been read. What is left of the line is the end of it, whatever it is made of.
 void AskedPath::stretch(Stretch by) {
     const double extra_mm = by.moved(machine_[kExtruder]) - machine_[kExtruder];
     machine_[kExtruder] += extra_mm;
@@ -249,7 +249,7 @@ bool AskedPath::e_counts_on() const {
     return modes_.relative_e || modes_.relative;
 }
 
-/// Of a word of E: millimetres, or while extrusion is volumetric mm³.
+/// The unit of a word of E: millimetres, or while extrusion is volumetric mm³.
 double AskedPath::e_unit() const {
     return filament_.volumetric ? modes_.unit_mm * modes_.unit_mm * modes_.unit_mm : modes_.unit_mm;
 }

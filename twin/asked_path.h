@@ -59,8 +59,8 @@ struct AskedItem {
 
 class AskedPath {
   public:
-    /// `start`: the machine's position before the first line. Of `machine` the coordinates of the
-    /// switches and what a step of E pushes count.
+    /// `start`: the machine's position before the first line. `machine`: the coordinates of its
+    /// switches count, and what a step of E pushes.
     /// `compensation`: as the machine file says. `bed`: as it is behind an earlier job of the
     /// session.
     AskedPath(ByteSource& source, const Position& start, const Machine& machine,
@@ -101,7 +101,7 @@ class AskedPath {
         double drawn_mm = 0, lifted_mm = 0;  ///< by the G10 in force
     };
     using Slides = std::array<double, kSlideCount>;
-    /// Of words to coordinates: machine = word + total, for X, Y, Z.
+    /// The offsets from words to coordinates: machine = word + total, for X, Y, Z.
     struct Offsets {
         Slides total{};   ///< G92 and the two below
         Slides home{};    ///< M206: taken off, also after a G28

@@ -48,7 +48,7 @@ class BedMap {
     }
 
   private:
-    /// Of the four lines around a place: cell − 1 … cell + 2.
+    /// The weights of the four lines around a place: cell − 1 … cell + 2.
     struct Weights {
         int cell = 0;
         std::array<double, 4> of{};

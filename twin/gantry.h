@@ -47,7 +47,7 @@ class Gantry {
         return motors;
     }
 
-    /// Where the nozzle is. Of a delta's carriages that no nozzle hangs from: not a number.
+    /// Where the nozzle is; not a number where no nozzle can hang from a delta's carriages.
     [[nodiscard]] Position nozzle_at(const Position& motors) const {
         if (type_ == GantryType::cartesian) return motors;
         if (type_ == GantryType::corexy)

@@ -110,7 +110,7 @@ double Inspector::lift_by_bed(const Position& nozzle) const {
     const auto map = maps_.find(here.map);
     if (here.map == 0 || map == maps_.end()) return 0;
     const double height = map->second.height_at(nozzle[0], nozzle[1]);
-    // Of asked + fade(asked)·height = built: each round leaves height / span of the error.
+    // Solves asked + fade(asked)·height = built: each round leaves height / span of the error.
     double lift = height;
     for (int i = 0; i < 6; ++i) lift = fade_at(nozzle[2] - lift, here.fade_end_mm) * height;
     return lift;

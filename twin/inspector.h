@@ -163,7 +163,7 @@ struct Findings {
     double filament_built_mm = 0;
     double filament_asked_pushed_mm = 0;  ///< forward movements alone
     double filament_built_pushed_mm = 0;
-    /// Of the lead that pressure advance asks for, the share that was built; over so many
+    /// The share that was built of the lead that pressure advance asks for; over so many
     /// stretches.
     double advance_gain = 1;
     std::uint64_t advance_stretches = 0;
@@ -187,7 +187,7 @@ class Inspector {
     static constexpr std::size_t kLookAhead = 4096;
     /// Below a tie: where a carriage turns back, the chord may miss a crossing by so much.
     static constexpr double kChordSteps = 0.005;
-    /// Of a way over the measured bed.
+    /// The longest piece of a way over the measured bed.
     static constexpr double kBedPieceMm = 0.5;
     /// After this many unexplained steps in a row the comparison gives up and only counts.
     static constexpr std::uint64_t kGiveUp = 20'000;
@@ -203,8 +203,8 @@ class Inspector {
     static constexpr std::uint64_t kAwayWithinSteps = 2000;
     /// On top of the steps above: a firmware's chord may be so far from the true curve.
     static constexpr double kChordMm = 0.006;
-    /// Of a shaped motion: since the cursor came where it is the slides went twice the reach at
-    /// most, and the plan was as far from them.
+    /// With a shaper, in reaches: since the cursor came where it is, the slides went at most two
+    /// reaches, and the plan was at most one from them; so 3.
     static constexpr double kPassBalls = 3;
     /// … its distance is looked for among so many pieces on each side.
     static constexpr std::size_t kAround = 24;
@@ -405,7 +405,7 @@ class Inspector {
     Instant now_{};
     HomingWatch homing_;
     std::array<std::int64_t, kSlideCount> homed_at_{};
-    /// Of the rest in remembered_ that a homing began at, which may be an excursion.
+    /// The origin at the rest in remembered_ that a homing began at, which may be an excursion.
     std::optional<std::array<double, kAxisCount>> origin_at_rest_;
     // The newest last. More than one, because a way that begins along the path looks like the path.
     std::deque<Remembered> remembered_;

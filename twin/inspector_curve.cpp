@@ -31,7 +31,7 @@ double Inspector::nearest_share(const Piece& here, double from) const {
 }
 
 // What the half steps of the other axes may add to an axis, square to the curve, beyond the quarter
-// of a step that the tolerance has for axes of equal steps. Of e square to t it is t·Σ|e·t|: on a
+// of a step that the tolerance has for axes of equal steps. For e square to t it is t·Σ|e·t|: on a
 // helix that climbs steeply a coarse X and Y show in a fine Z.
 double Inspector::coarser_steps(std::size_t axis, const Piece& here) const {
     double length2 = 0, others = 0;

@@ -74,7 +74,7 @@ std::size_t Inspector::stretch(std::deque<Piece>& pieces, AskedPath::Stretch by,
     return added;
 }
 
-// Of E, when the cursor came to that line.
+// The worst deviation of E, in steps, when the cursor came to that line.
 double Inspector::worst_extruder_before(std::uint64_t line) const {
     const auto then = std::find_if(worst_extruder_.rbegin(), worst_extruder_.rend(),
                                    [&](const WorstExtruder& noted) { return noted.line <= line; });

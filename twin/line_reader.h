@@ -40,7 +40,7 @@ struct CommandLine {
     Flavour flavour = Flavour::marlin;
     std::string word{};  ///< of a command that is a word (SET_GCODE_OFFSET), in upper case
     std::string tail{};  ///< … and what follows it; of others, what stands in quotes
-    /// Of a line that was typed: see AskedLines::insert.
+    /// Where a line was typed: see AskedLines::insert.
     struct Typed {
         std::uint64_t behind = 0;
         double left_mm = 0;
@@ -52,8 +52,8 @@ struct CommandLine {
     [[nodiscard]] double value(char name, double otherwise = 0) const {
         return has(name) ? values[static_cast<std::size_t>(name - 'A')] : otherwise;
     }
-    /// Of `KEY=VALUE` behind a word command, keys in any case. The value ends at a blank; quotes
-    /// around it are taken off.
+    /// The value of `KEY=VALUE` behind a word command, with keys in any case. It ends at a blank;
+    /// quotes around it are taken off.
     [[nodiscard]] std::optional<std::string_view> word_value(std::string_view key) const;
     /// Likewise, but a name: it is as long as it is, and ends where one of the word's `others` keys
     /// begins, or with the line. Quotes around all of it are taken off.

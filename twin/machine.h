@@ -53,7 +53,7 @@ struct ShaperSpec {
 /// How motors move the nozzle (gantry.h).
 enum class GantryType : std::uint8_t { cartesian, corexy, delta };
 
-/// Of a delta: the columns that the carriages run on, and the arms.
+/// A delta's columns, which the carriages run on, and its arms.
 struct DeltaSpec {
     double radius_mm = 0;  ///< sideways from joint to joint, the nozzle in the middle
     double arm_mm = 0;

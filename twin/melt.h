@@ -70,7 +70,7 @@ class Melt {
 
     /// As of the last call of anything above.
     [[nodiscard]] double stored_mm3() const { return stored_mm3_; }
-    /// Of the microsteps so far, what the gear has yet to push.
+    /// What the gear has yet to push for the microsteps so far.
     [[nodiscard]] double to_push_mm3() const { return to_push_mm3_; }
 
   private:

@@ -78,7 +78,7 @@ class Printer final : public board::Peripherals {
     [[nodiscard]] const Machine& machine() const { return machine_; }
     [[nodiscard]] const AxisDrive& axis(int index) const { return axes_[static_cast<std::size_t>(index)]; }
     [[nodiscard]] const Slide& slide(std::size_t index) const { return slides_[index]; }
-    /// Of extra motor `which`, in the microsteps of its first motor.
+    /// The position of extra motor `which`, in the microsteps of its slide's first motor.
     [[nodiscard]] std::int64_t extra_position(std::size_t which) const {
         return extras_[which].drive.position();
     }
@@ -108,7 +108,7 @@ class Printer final : public board::Peripherals {
     void wire(std::uint16_t pin, Role role, std::size_t index);
     void add_extra(const ExtraMotorSpec& spec);
     [[nodiscard]] AxisDrive& drive_of(std::size_t motor);
-    /// Of a switch by its number.
+    /// The axis of a switch, by the number of the switch.
     [[nodiscard]] const AxisSpec& axis_of(std::size_t index) const;
     [[nodiscard]] const Slide& slide_of(std::size_t index) const;
     [[nodiscard]] bool has_room(std::size_t motor, std::int64_t wanted) const;

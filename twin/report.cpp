@@ -11,7 +11,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Of `pieces`, as base/text.h takes them.
+/// Adds a difference that consists of `pieces`, as base/text.h takes them.
 template <typename... Pieces>
 void differ(Report& report, const Pieces&... pieces) {
     report.differences.push_back(text<std::string>(pieces...));

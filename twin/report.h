@@ -23,14 +23,14 @@ struct Tolerances {
     static constexpr double kBeltSteps = 0.5;
     /// Never less, for the order in which near-simultaneous steps were sent.
     static constexpr double kSlideSteps = 1.0;
-    /// Of filament: where two moves meet, E may take its steps a little before the slides, or
+    /// For filament: where two moves meet, E may take its steps a little before the slides, or
     /// behind.
     static constexpr double kExtruderSteps = 5.0;
     static constexpr double kExtruderMm = 0.052;
     /// From a true curve the firmware's own chords may be this far, on top of so many microsteps.
     static constexpr double kCurveMm = 0.006;
     static constexpr double kCurveSteps = 0.75;
-    /// Of the lead that pressure advance asks for.
+    /// The largest error of the lead that pressure advance asks for, as a share of it.
     static constexpr double kAdvanceShare = 0.25;
 
     /// Two motors that move one slide: their pulses come one after the other.

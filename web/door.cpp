@@ -101,8 +101,8 @@ Door::Leaver Door::room_for_stranger(const std::string& address) {
     return strangers_ >= limits_.strangers_max ? drop_stranger() : std::nullopt;
 }
 
-/// The oldest connection of the address that holds the most places. Of several such addresses, the
-/// one with the oldest.
+/// The oldest connection of the address that holds the most places. Among several such addresses it
+/// is the one with the oldest.
 Door::Leaver Door::drop_stranger() {
     const auto goes_later = [](const auto& a, const auto& b) {
         if (a.second.size() != b.second.size()) return a.second.size() < b.second.size();

@@ -79,7 +79,7 @@ class ResumedSocket {
   private:
     using ErrorCode = boost::system::error_code;
 
-    /// Of a sequence of buffers, the first that is not empty.
+    /// The first buffer of a sequence that is not empty.
     template <class Buffer, class Buffers>
     static Buffer first_of(const Buffers& buffers) {
         for (auto at = boost::asio::buffer_sequence_begin(buffers);

@@ -131,7 +131,7 @@ class Estimator final : public preflight::MoveSink {
     std::array<Purpose, motion::Planner::kCapacity> purposes_{};  ///< of what is in the planner
     std::uint64_t appended_ = 0;
     std::uint64_t taken_ = 0;
-    /// Of an axis that has not been homed: its place as expected, less the believed one.
+    /// The expected place of an axis, less the believed one; none once the axis has been homed.
     PerAxis<std::optional<double>> expected_mm_{};
     PerAxis<bool> let_go_{};  ///< its motor went off, and it has not been homed since
     machine::PrintedTop printed_;

@@ -35,7 +35,7 @@ class TimeProfile {
     }
 
     [[nodiscard]] double step_s() const { return step_s_; }
-    /// Of the file, done after one step, after two, …
+    /// The bytes of the file that are done after one step, after two, …
     [[nodiscard]] const FixedVector<std::uint64_t, kPointsMax>& bytes() const { return bytes_; }
 
   private:

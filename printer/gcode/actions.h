@@ -70,8 +70,8 @@ struct WaitFor {
     friend constexpr bool operator==(const WaitFor&, const WaitFor&) = default;
 };
 
-/// M201, M203, M204, M205, M302: a limit that is not given stays as it is. Of motion, never above
-/// the machine's own configuration.
+/// M201, M203, M204, M205, M302: a limit that is not given stays as it is. A limit of motion is
+/// never above the machine's own configuration.
 struct LimitChange {
     PerAxis<std::optional<MillimetresPerSecond2>> axis_acceleration{};
     PerAxis<std::optional<MillimetresPerSecond>> axis_speed{};

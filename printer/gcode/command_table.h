@@ -142,7 +142,8 @@ bool is_known_word(std::string_view word);
 /// When a person may type the code, whatever its subcode. An unknown code is answered at rest.
 Typed may_be_typed(const Command& command);
 
-/// When a serial host is told `ok`. Of a code that is unknown or skipped: when that has been said.
+/// When a serial host is told `ok`. For a code that is unknown or skipped that is when the host has
+/// been told so.
 Ok ok_of(const Command& command);
 
 /// True for a line that takes the printer for a serial host: it may move, wait or change how later

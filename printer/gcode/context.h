@@ -39,7 +39,7 @@ inline constexpr Millimetres kBoundsTolerance{0.001};
 /// own limits are far inside.
 inline constexpr MillimetresPerSecond kSlowest{0.001};
 inline constexpr MillimetresPerSecond kFastest{100'000};
-/// Of any acceleration that a job may ask for.
+/// The range of the accelerations that a job may ask for.
 inline constexpr double kAccelerationMin_mm_s2 = 0.1;
 inline constexpr double kAccelerationMax_mm_s2 = 1e6;
 /// More filament than this in one move is a slip, not a wish (a forgotten G92 E0): it is refused.
@@ -207,8 +207,8 @@ Result<void> take_scaled(const Command& command, char letter, double scale, doub
     value = Value{scaled};
     return {};
 }
-/// S behind `tool_letter`, a tool's number: the hot end's target. Of a tool that is not there, off
-/// is harmless, and heat an error.
+/// S behind `tool_letter`, a tool's number: the hot end's target. For a tool that is not there, off
+/// is harmless, and heat is an error.
 Result<void> set_tool_temperature(Context& context, const Command& command, char tool_letter);
 /// Sets a target, or also waits for it, and keeps it in the modal state.
 Result<void> set_target(Context& context, Heater heater, Celsius target,

@@ -12,7 +12,8 @@ namespace {
 constexpr double kFanFull = 255;
 constexpr std::uint8_t kFanIndexMax = 255;  // other machines number chamber fans from 100 on
 constexpr double kJunctionDeviationMax_mm = 0.5;
-/// Of places and lengths of a pause: more is a slip.
+/// The largest park place or filament length that is taken, in the unit of the job (mm or inch);
+/// more is a typing error.
 constexpr double kParkMax = 1000;
 
 Result<std::uint8_t> fan_index(const Command& command) {

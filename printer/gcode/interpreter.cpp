@@ -25,7 +25,7 @@ Result<void> check_letters(const Command& command, const CodeInfo& code) {
                       code.parameters.empty() ? "itself" : code.parameters);
 }
 
-/// Of a state that begins anew: the numbers that are the machine's.
+/// Sets the numbers that a state which begins anew has from the machine.
 void set_defaults(ModalState& state, const MachineConfig& machine) {
     const double diameter_mm = machine.filament_diameter.value();
     state.filament_area_mm2 = std::numbers::pi / 4 * diameter_mm * diameter_mm;

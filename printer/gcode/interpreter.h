@@ -43,9 +43,9 @@ class Interpreter {
     /// told otherwise.
     Interpreter(const MachineConfig& machine, Actions& actions);
 
-    /// Carries out one command. Of a curve at most `moves_max` (1 or more) moves are handed on, and
-    /// of a macro one line is carried out at a time: the rest stays pending. G10 and G11 make up to
-    /// two moves, every other command at most one, and four more where the head comes back from an
+    /// Carries out one command. A curve hands on at most `moves_max` (1 or more) moves, and a macro
+    /// has one line carried out at a time: the rest stays pending. G10 and G11 make up to two
+    /// moves, every other command at most one, and four more where the head comes back from an
     /// object that was left out. Contract: nothing is pending.
     Result<void> execute(const Command& command, std::size_t moves_max = kAllMoves);
 

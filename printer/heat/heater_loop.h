@@ -21,7 +21,8 @@ namespace qduino::printer::heat {
 
 class HeaterLoop {
   public:
-    /// Of the heater that `watch` is for. `manner`: how PID works on it, whatever its gains are.
+    /// Controls the heater that `watch` is for. `manner`: how PID works on it, whatever its gains
+    /// are.
     HeaterLoop(const HeaterWatch& watch, const PidGains& manner);
 
     /// One sample. `target` of 0 °C, or `cut`: off.

@@ -20,7 +20,7 @@ namespace qduino::printer::machine {
 
 class Console {
   public:
-    /// Of people. A host has room for as many as it may send.
+    /// The most lines of people that wait. A host has room for as many as it may send.
     static constexpr std::size_t kLinesMax = 16;
 
     /// The facts that decide.

@@ -68,7 +68,7 @@ class JobActions final : public gcode::Actions {
     /// The motion has passed `place`.
     void pass(const Place& place);
 
-    /// Of the job in hand, or the last one.
+    /// The top of what the job in hand, or the last one, has printed.
     [[nodiscard]] PrintedTop& printed() { return printed_; }
     /// A move has pieces left: go_on() before anything else is read.
     [[nodiscard]] bool has_rest() const { return rest_.has_value(); }

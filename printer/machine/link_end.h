@@ -53,7 +53,7 @@ class LinkEnd {
         layout_.kept_heat.write(heat);
     }
 
-    /// Of the running or last job, and of the machine.
+    /// The status of the running or last job, and of the machine.
     [[nodiscard]] link::JobStatus& status() { return status_; }
     [[nodiscard]] const link::JobStatus& status() const { return status_; }
     [[nodiscard]] bool job_running() const { return status_.outcome == link::JobOutcome::running; }

@@ -318,7 +318,7 @@ void Machine::begin_host() {
     forget_settings();
 }
 
-/// Of a job or a host: nothing of it is left to the next (base_settings.h).
+/// Drops what a job or a host has set: nothing of it is left to the next (base_settings.h).
 void Machine::forget_settings() {
     base_.restore();
     job_.interpreter().set_skew(pipe_.correction().skew());

@@ -97,7 +97,7 @@ class Machine {
     void cancel_job();
     void clear_fault();
 
-    /// Of a line that has been read something is still to be handed on.
+    /// A line that has been read has something left that is still to be handed on.
     [[nodiscard]] bool pending() const { return job_.interpreter().pending() || actions_.has_rest(); }
     [[nodiscard]] bool runs_at_once();
     [[nodiscard]] bool reads() const;

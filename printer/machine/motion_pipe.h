@@ -65,7 +65,7 @@ class MotionPipe {
     // ---- loop 1 ---------------------------------------------------------------------------------
 
     [[nodiscard]] bool has_room() const { return planner().free() >= room_needed(); }
-    /// Of the motion that is fed now: the path's, or while away the other.
+    /// The planner of the motion that is fed now: the path's, or while away the other.
     [[nodiscard]] motion::Planner& planner() { return away_ ? excursion_ : planner_; }
     [[nodiscard]] const motion::Planner& planner() const { return away_ ? excursion_ : planner_; }
 

@@ -52,7 +52,7 @@ class Parking {
     [[nodiscard]] bool heats() const { return phase_ == Phase::heating; }
     /// The head has moved away from the part.
     [[nodiscard]] bool has_parked() const { return left_.parked; }
-    /// Of the lines typed while the head rests here.
+    /// The interpreter of the lines that are typed while the head rests here.
     [[nodiscard]] gcode::Interpreter& interpreter() { return jogs_; }
     /// Whose position people are shown.
     [[nodiscard]] const gcode::Interpreter& shown(const gcode::Interpreter& of_job) const {

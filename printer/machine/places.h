@@ -92,7 +92,7 @@ class Places {
         off_at_.reset();
     }
 
-    /// Of the job's lines that are read now.
+    /// The layers of the job's lines that are read now.
     [[nodiscard]] gcode::LayerFinder& layers() { return layers_; }
 
   private:

@@ -31,7 +31,7 @@ class BedMesh {
     [[nodiscard]] double point(std::size_t column, std::size_t row) const { return heights_[row][column]; }
 
     [[nodiscard]] double height_at(double x, double y) const;
-    /// Of the grid's line `index` across X or Y.
+    /// The coordinate on X or Y, in mm, of the grid's line `index` across that axis.
     [[nodiscard]] double line_at(Axis axis, std::size_t index) const;
     [[nodiscard]] std::size_t lines(Axis axis) const { return config_.points[axis == Axis::x ? 0 : 1]; }
 

@@ -63,7 +63,7 @@ struct Facts {
     FixedVector<Finding, kFindingsMax> errors;    ///< the first ones
     FixedVector<Finding, kFindingsMax> warnings;  ///< the first ones; each message once
 
-    /// Of the errors, so many say that the job brings no homing, or no heating.
+    /// So many of the errors say that the job brings no homing, or no heating.
     std::uint64_t start_errors = 0;
     /// True when a prologue (prologue.h) is all that is missing.
     [[nodiscard]] bool lacks_start() const { return errors_count > 0 && errors_count == start_errors; }

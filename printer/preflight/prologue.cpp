@@ -17,7 +17,7 @@ std::string default_start(const MachineConfig& machine) {
     lines += "G28\n";
     if (machine.has_bed) lines += "M190 S{BED}\n";
     lines += "M109 S{HOT_END}\n";
-    // Of a round bed the front edge is in the air.
+    // A delta's bed is round: a line along its front edge would be in the air.
     if (machine.kinematics.type == KinematicsType::delta) return lines;
     // A file of such a job may home once more.
     const Reach x = before_the_switch(machine.axes[Axis::x]), y = before_the_switch(machine.axes[Axis::y]);

@@ -99,7 +99,8 @@ void AxisPath::smooth_anew(const MotionTrack& track) {
     for (std::uint64_t b = cursors_[kHere] + 1; b <= cursors_[0]; ++b)
         position_.add(change_at(track, b).shifted(start_s_ + half_s_ - track.start_of(b)));
     for (std::uint64_t b = cursors_[2] + 1; b <= cursors_[kHere]; ++b) {
-        // Of b − t + h, so its odd terms are mirrored once for (−1)^k and once for the time.
+        // The change is a polynomial of b − t + h, so its odd terms are mirrored twice: once for
+        // (−1)^k and once for the time.
         const Polynomial change = change_at(track, b).mirrored();
         position_.add(change.shifted(track.start_of(b) - start_s_ + half_s_).mirrored(), -1);
     }

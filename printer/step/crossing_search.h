@@ -11,10 +11,10 @@
 // rounding adds up. A piece that ends a rounding error beside a half-step, and would ask for a step
 // against its own way, makes none: the next piece decides.
 //
-// Roots. Of a quadratic in closed form, without cancellation (motion/trapezoid.h). Of a higher
-// degree by Newton's method from the quadratic at the step before; a bracket catches what leaves
-// it. Where the motor nearly stands, the instant of a crossing is ill-conditioned: the place is
-// right to a rounding error, the time to that over the speed.
+// A quadratic is solved in closed form, without cancellation (motion/trapezoid.h). A polynomial of
+// higher degree is solved by Newton's method from the quadratic at the step before; a bracket
+// catches what leaves it. Where the motor nearly stands, the instant of a crossing is
+// ill-conditioned: the place is right to a rounding error, the time to that over the speed.
 //
 // Turns are the roots of the slope: none at all, when the slope at the begin outweighs all that
 // the other terms can add; else closed form for up to a cubic position, and for more by bisection
@@ -87,7 +87,7 @@ class CrossingSearch {
     [[nodiscard]] double root(double steps) {
         return quadratic_ ? std::clamp(quadratic_root(steps), from_s_, to_s_) : newton_root(steps);
     }
-    /// Of c1·t + c2·t² = Δ, on the branch where the slope has the sign of way_.
+    /// The root of c1·t + c2·t² = Δ, on the branch where the slope has the sign of way_.
     [[nodiscard]] double quadratic_root(double steps) const {
         const double change = steps - steps_.c[0];
         const double speed = steps_.c[1];

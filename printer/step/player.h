@@ -71,7 +71,7 @@ concept StepPins = requires(P& pins, Instant t, int axis, const MotorList& motor
     { pins.busy_until(t) } -> std::same_as<void>;          // never returns early
     { pins.set_steps(motors, on) } -> std::same_as<void>;  // in one write, where that can be
     { pins.set_direction(axis, on) } -> std::same_as<void>;
-    // Of several motors with switches of their own: all are pressed.
+    // Where several motors of an axis have switches of their own, all of them must be pressed.
     { pins.endstop_pressed(axis) } -> std::same_as<bool>;
     // While on, a motor whose own switch is pressed gets no steps, whatever its axis does.
     { pins.watch_switches(axis, on) } -> std::same_as<void>;

@@ -11,7 +11,7 @@ namespace qduino::printer::step {
 
 struct Polynomial {
     static constexpr std::size_t kTerms = 6;
-    /// Of 1, t, t² …, t in seconds.
+    /// The coefficients of 1, t, t² …, with t in seconds.
     std::array<double, kTerms> c{};
 
     [[nodiscard]] double value(double t) const {

@@ -76,8 +76,8 @@ class Markers {
 
 class Solver {
   public:
-    /// At rest at `position_mm`. Of the settings: what concerns the motors, the filters, and the
-    /// shortest time between two rising edges of one axis.
+    /// Begins at rest at `position_mm`. It takes from the settings what concerns the motors, the
+    /// filters, and the shortest time between two rising edges of one axis.
     explicit Solver(const motion::MotionSettings& settings, const motion::AxisVector& position_mm = {});
 
     /// True when the segment loaded last is solved as far as it can be: load() the next, or drain()

@@ -37,7 +37,7 @@ class StepperPins {
 
   private:
     static constexpr std::size_t kMotorsMax = 1 + printer::kExtraMotorsMax;  // of an axis
-    /// Of an axis' motors, the first one in front.
+    /// The pins of an axis' motors, the first motor in front.
     using MotorPins = FixedVector<board::PinId, kMotorsMax>;
     struct Axis {
         MotorPins step;

@@ -138,7 +138,7 @@ class FakeBoard final : public board::Board {
     Result<void> route_interrupts(board::DeviceClass device, int core, bool allowed) override;
     Result<void> core_timer(int core, bool enabled) override;
 
-    /// Of the VCPU that runs; −1 outside of all.
+    /// The core of the VCPU that runs; −1 outside of all.
     [[nodiscard]] int current_core() const { return running_ ? running_->spec.core : -1; }
 
   private:

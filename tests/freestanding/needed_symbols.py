@@ -3,7 +3,8 @@ freestanding runtime has. `needed_symbols.py NM LIBRARY`."""
 import subprocess
 import sys
 
-# Of the compiler's own runtime, and the four functions that a freestanding GCC may call for copies.
+# The symbols of the compiler's own runtime, and the four functions that a freestanding GCC may call
+# for copies.
 RUNTIME = {"memcpy", "memmove", "memset", "memcmp", "__divti3", "__udivti3", "__modti3", "__umodti3", "__multi3", "_GLOBAL_OFFSET_TABLE_",
            "abort", "__stack_chk_fail"}
 

@@ -91,7 +91,7 @@ class Guard(unittest.TestCase):
                 self.addCleanup(shell.kill)
                 wait_until(self.left, "the test has a real-time task")
                 time.sleep(generator.uniform(0, 1))
-                # Of those above the test that live: bash, ctest, its guard, itself.
+                # The victim is bash, ctest, the test's guard or the test itself, whichever live.
                 tests = [pid for pid in guarded.marked(self.mark) if line_of(pid).startswith(command[-2])]
                 above = self.ancestors(tests[0], shell.pid) if tests else [shell.pid]
                 victim = generator.choice(above)

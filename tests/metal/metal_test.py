@@ -128,7 +128,7 @@ class Chain(unittest.TestCase):
     """tests/metal/chain: a rank is inherited through locks and cores."""
 
     def pulses(self, sketch):
-        """Of mid: (before high asks, from then until low gives its lock back, after that)."""
+        """The pulses of mid: (before high asks, from then until low gives its lock back, after that)."""
         run = Run(sketch, '--for', '0.3', '--cores', 3)
         self.assertEqual(run.status, 0, run.report)
         asked = run.pins.index((10, 1))

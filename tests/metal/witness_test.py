@@ -48,7 +48,7 @@ class Seen:
         return [tick for tick, level in self.changes[pin] if level == 1]
 
     def periods(self):
-        """Of the pulse train, from the second pulse on."""
+        """The periods of the pulse train, from the second pulse on."""
         rises = self.rises(6)
         return [later - earlier for earlier, later in zip(rises[1:], rises[2:])]
 

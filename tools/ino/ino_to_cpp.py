@@ -452,7 +452,7 @@ def registration(found, path):
 
 
 def weak_declarations(found):
-    """Of those that the board calls, and that stand within conditions: without them their address is null."""
+    """Declares those that the board calls and that stand within conditions: without them their address is null."""
     def always(name):
         return any(f.name == name and f.prototype and not f.conditions for f in found.functions)
     names = {f.name for f in found.functions if f.prototype and f.name in ('loop', 'serialEvent')}

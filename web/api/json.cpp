@@ -176,7 +176,7 @@ Json ready_json(const spool::Spool& spool, std::string_view state) {
     return ready;
 }
 
-/// Of the job that prints; null when none does.
+/// The progress of the job that prints; null when none does.
 Json running_progress_json(const spool::Spool& spool) {
     const spool::Job* job = spool.queue().printing();
     return job && spool.active_run() ? progress_json(progress_of(spool, *job)) : Json{};

@@ -406,7 +406,7 @@ test('a part of 140 mm is as bright as one of 20 mm, and one of short pieces, to
 });
 
 test('the part stands on the bed: its foot and the bed around it are darker', async () => {
-  /** Of the bed's ground: its darkest hundredth against its lightest quarter; 1 is alike. */
+  /** How dark the bed's ground is: its darkest hundredth over its lightest quarter; 1: alike. */
   const ground = async (page, at) => {
     return page.evaluate((drawing) => {
       const { width, height } = drawing.canvas;
@@ -578,7 +578,7 @@ test('an open question neither covers the emergency stop nor keeps the keyboard 
         const there = await page.evaluate(([x, y]) => document.elementFromPoint(x, y)?.textContent, [stop.x + across * stop.width, stop.y + down * stop.height]);
         assert.equal(there, 'Emergency stop', 'something lies on it');
       }
-      // Of text in several lines axe cannot tell what lies behind it: that is the wide one's.
+      // axe cannot tell what lies behind text in several lines, so only the wide page is asked.
       if (viewport === DESKTOP) assert.deepEqual(await findings(page), []);
       await page.keyboard.press('Escape');
       await until('no question', async () => (await at('ask').count()) === 0);

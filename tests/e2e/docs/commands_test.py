@@ -54,7 +54,7 @@ ADAPTED = [
     # Minutes, and into the tree.
     (r"(build/release/bin/bench-seam +--against \S+)", lambda command: command + " --rounds 1"),
     (r"(build/release/bin/bench-[\w-]+) +--json > \S+", lambda program: "test -x %s" % program),
-    # Of a file of the reader's.
+    # It reads a file of the reader's.
     (r"(build/release/bin/bench-plan) FILE.gcode --json", lambda program: "test -x %s" % program),
     # ./test has installed them.
     (r"apt-get install -y (?:musl-dev qemu-system-x86|g\+\+-aarch64-linux-gnu qemu-system-arm|bochs bochs-term bochsbios vgabios)", lambda: "true"),

@@ -128,7 +128,7 @@ class Stack:
         return None
 
     def folders_left(self):
-        """Of all that it made, those that are there."""
+        """The folders that it made and that are there."""
         self.folder()
         return {name for name in self.folders_made if os.path.exists(os.path.join(MEMORY, name))}
 

@@ -8,7 +8,7 @@ followed, with the state of every job and the stamps of all data as one node of 
 together (as the runtime does); the same loops with other offsets are explored too, and held against the bound for any phasing, which this file
 derives from R alone: it shows that a common origin is what the rounding needs.
 
-Data: a stamp is how long ago a value was read from the input, an age. Of a reaction the stamp of the output before counts, when another value
+Data: a stamp is how long ago a value was read from the input, an age. For a reaction the stamp of the output before counts, when another value
 comes out: an input that changed just behind that read was not answered until now. Two cores at one instant: what is written there may be seen
 or not, both are followed.
 

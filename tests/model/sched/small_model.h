@@ -359,7 +359,8 @@ class Explorer {
         const int inherited = waiters_rank(state, i);
         return on_own_account ? std::min(own_rank(i), inherited) : std::min(inherited, kNoRank);
     }
-    /// Of the highest that waits for loop i, or bottom half i − loops(); kNoRank: nobody does.
+    /// The rank of the highest that waits for loop i, or bottom half i − loops(); kNoRank: nobody
+    /// waits.
     [[nodiscard]] int waiters_rank(const State& state, int i) const {
         int best = kNoRank;
         for (int lock = 0; lock < kLocks; ++lock) {
@@ -442,7 +443,7 @@ class Explorer {
     void pass(State& state, int i) {
         LoopState& loop = state.loops[index(i)];
         const int period = set_.loops[index(i)].period;
-        // Of an idle loop only what is still to come counts: waking moves the rest.
+        // For an idle loop only what is still to come counts: waking moves the rest.
         const bool deferrable = set_.loops[index(i)].deferrable;
         const int oldest = !deferrable && (loop.active || !rules_.waking_moves_refills) ? -period : 0;
         for (std::int8_t& refill : loop.refills)

@@ -185,7 +185,7 @@ TEST(SmallModel, NoAdmittedSetWithABottomHalfHasAScheduleWithAMiss) {
         });
     }
     EXPECT_GT(starved, 20);
-    // Of those that the paper's term refuses and that meet, more than half are admitted.
+    // More than half of the sets that the paper's term refuses and that meet are admitted.
     EXPECT_GT(2 * (admitted - admitted_by_whole_services), meet - admitted_by_whole_services);
     std::printf("%d sets meet: %d admitted, %d by the paper's term; %d without the bottom half's own test\n",
                 meet, admitted, admitted_by_whole_services, starved);

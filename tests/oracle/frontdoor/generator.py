@@ -286,7 +286,7 @@ FEATURES = {
 
 
 def random_set(random):
-    """Of a seed that gives nothing honest (no loop fits, for instance) the next draws are taken."""
+    """Where a seed gives nothing honest (no loop fits, for instance) the next draws are taken."""
     while True:
         the_set = Generator(random).make()
         if sets.is_honest(the_set):

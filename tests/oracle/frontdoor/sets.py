@@ -102,7 +102,7 @@ def handlers_take_locks(the_set):
 
 
 def sections(script, step_ns):
-    """Of each lock: for how long the script holds it. None: it does not pair them well, or takes one twice."""
+    """For how long the script holds each lock. None: it does not pair them well, or takes one twice."""
     held, lengths = [], {}
     for step in script:
         if step[0] == "l":

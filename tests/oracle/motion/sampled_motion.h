@@ -212,7 +212,7 @@ class SampledMotion {
         }
         return sum;
     }
-    /// Of the place times the weight, which falls from the middle to both sides.
+    /// The integral of the place times the weight, which falls from the middle to both sides.
     [[nodiscard]] Real integral(Real from, Real to, Real at_s) const {
         if (to - from < 1e-15L) return 0;
         static const Real kAside = std::sqrt(Real{3} / 5);

@@ -41,7 +41,7 @@ class NaiveWaits {
   public:
     NaiveWaits(const NaiveComputer& computer, std::size_t i) : c_(computer), i_(i) { walk(i); }
 
-    /// Of the group, somebody is on another core.
+    /// Some loop of the group is on another core.
     [[nodiscard]] bool crosses() const {
         return std::any_of(group_.begin(), group_.end(),
                            [&](std::size_t j) { return loop(j).core != loop(i_).core; });

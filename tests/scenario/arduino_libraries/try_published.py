@@ -3,7 +3,7 @@
 
     try_published.py QDUINO LIBRARIES… [--examples N] [--keep FILE] [--most SECONDS] [--write]
 
-Each of LIBRARIES is a folder with a library in each folder, as people install them. Of each, at most N examples (6; 0: all) are taken, evenly spaced:
+Each of LIBRARIES is a folder with a library in each folder, as people install them. From each, at most N examples (6; 0: all) are taken, evenly spaced:
 first one of each library, then the second of each, and so on. An example that Debian's arduino-builder does not build for a Mega is not tried here.
 
 It prints a table, a library in each row: how many examples were tried, built for a Mega, built by qduino, ran and ended; then the reason of each one that

@@ -190,7 +190,7 @@ TEST(LocksOfTwoCores, AWaiterLendsItsRankToTheOtherCore) {
     EXPECT_EQ(sketch.runtime().plan().admission().cores[1].loops[0].response, 25ms);
 }
 
-/// Of a lock that says nothing each loop may wait for whole budgets of the other core.
+/// Each loop may wait for whole budgets of the other core, for a lock that says nothing.
 TEST(LocksOfTwoCores, ALockThatSaysNothingIsRefusedWithItsCure) {
     Mutex mutex;
     SketchBench sketch;

@@ -57,7 +57,7 @@ class RandomSketch {
         const Result<void> begun = sketch_.begin(config_, {.enforce_admission = enforce});
         return begun && sketch_.runtime().plan().admitted();
     }
-    /// Of the first loop that missed a period, what it is; none when all were kept.
+    /// A description of the first loop that missed a period; none when all were kept.
     std::optional<std::string> miss() {
         sketch_.run(40 * longest_);
         for (std::size_t i = 0; i < loops_.size(); ++i) {

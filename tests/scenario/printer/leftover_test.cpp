@@ -49,7 +49,7 @@ class EdgeNotes final : public board::ForwardingPeripherals {
     std::array<bool, 4> forward_{}, high_{};
 };
 
-/// Of a code: what a job says with it, numbers far from the machine's own.
+/// What a job says with each code, with numbers far from the machine's own.
 const std::map<std::string, std::string> kExamples{
     {"ACTIVATE_EXTRUDER", "ACTIVATE_EXTRUDER EXTRUDER=extruder"},
     {"BED_MESH_CALIBRATE", "BED_MESH_CALIBRATE"},
@@ -215,7 +215,7 @@ class Bench {
         ASSERT_TRUE(bench_.run_until([&] { return bench_.status().outcome == JobOutcome::cancelled; }, 100));
         bench_.run(1);
     }
-    /// Of kMeasured: what it does behind its dwell.
+    /// The edges that kMeasured makes behind its dwell.
     std::vector<Edge> measured() {
         print(kMeasured);
         const auto& edges = notes_.edges;

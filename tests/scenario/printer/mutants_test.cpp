@@ -128,7 +128,7 @@ class Mutants : public testing::TestWithParam<KinematicsType> {
         EXPECT_EQ(bench.status().outcome, JobOutcome::completed) << bench.fault();
         return bench.report();
     }
-    /// Of one of the differences.
+    /// The twin must report differences, and one of them must say `words`.
     static void expect_different(Spoiled spoiled, std::string_view words) {
         const twin::Report report = report_of(spoiled);
         EXPECT_FALSE(report.matches);

@@ -53,8 +53,8 @@ TEST(ArduinoNumbers, RoundIsAWholeNumberAndStdRoundIsNot) {
     EXPECT_FLOAT_EQ(std::round(2.4F), 2.0F);
 }
 
-/// Of the type that the AVR core's macros give: it decides how the value is printed, and which
-/// overload is called.
+/// The types are those that the AVR core's macros give. The type decides how the value is printed,
+/// and which overload is called.
 TEST(ArduinoNumbers, HaveTheTypesOfTheMacros) {
     const unsigned char byte_value = 200;
     const signed char small = -3;

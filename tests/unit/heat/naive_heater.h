@@ -7,10 +7,10 @@
 namespace qduino::tests {
 
 struct NaiveHeater {
-    // Of the metal.
+    // What the heater is made of.
     double power_w = 40, heat_capacity_j_k = 22, loss_w_k = 0.09, fan_loss_w_k = 0.0225;
     double sensor_lag_s = 2.5, filament_j_mm3_k = 0.0022, room_celsius = 20;
-    // Now.
+    // What it has come to now.
     double block_celsius = 20, sensor_celsius = 20;
 
     /// `seconds` in steps of `step_s` at most, by Heun's rule.

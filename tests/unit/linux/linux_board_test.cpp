@@ -390,7 +390,7 @@ TEST(LinuxBoard, ARealPwmChannelIsOffUntilItIsAnOutputAndThenHasTheLevelWrittenB
     EXPECT_EQ(machine.get(channel + "duty_cycle"), "1000000");
 }
 
-/// Of core 0, owned by a loop, on a machine of files.
+/// What is guaranteed of core 0, which a loop owns, on a machine of files.
 CoreGuarantee guarantee_of_an_owner(const FakeMachine& machine) {
     LinuxConfig config = on(machine);
     config.real_time = true;

@@ -73,7 +73,7 @@ class Wards : public ::testing::Test {
     LinuxBoard& board() { return *board_; }
     /// Before its time was over.
     [[nodiscard]] bool ended_early() const { return ended_early_; }
-    /// Of this process: a child called "warden"; 0: there is none.
+    /// The child of this process that is called "warden"; 0: there is none.
     static pid_t warden() {
         const std::string self = std::to_string(::getpid());
         std::ifstream children{"/proc/" + self + "/task/" + self + "/children"};

@@ -29,7 +29,7 @@ std::vector<Write> random_writes(unsigned seed) {
     return writes;
 }
 
-/// Of `pin` at `at`: what was written last, up to and including that instant.
+/// What was written last to `pin`, up to and including the instant `at`.
 std::optional<bool> level_at(const std::vector<Write>& writes, std::uint16_t pin, Instant at) {
     std::optional<bool> level;
     for (const Write& write : writes) {

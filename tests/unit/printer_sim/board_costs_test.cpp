@@ -99,7 +99,7 @@ TEST(BoardCosts, TimeIsWhatTheBoardFileSays) {
     EXPECT_NEAR(static_cast<double>(run.of("ticks", 1).count), 250, 2);
     EXPECT_NEAR(to_seconds(run.of("ticks", 1).time), 250 * 3e-6, 10e-6);
     EXPECT_NEAR(to_seconds(run.of("context switches", 0).time), 100 * 2e-6, 10e-6);
-    // Of 100 steps, on core 1: the writes and the readings of the clock.
+    // What 100 steps cost on core 1: the writes and the readings of the clock.
     const double clock_ns = static_cast<double>(run.of("clock readings", 1).time.count());
     EXPECT_NEAR(run.costs.ns_of_a_step(1), (static_cast<double>(writes.time.count()) + clock_ns) / 100, 1e-6);
 }

@@ -12,7 +12,7 @@ using picture::Colour;
 using picture::Raster;
 using twin::HeightCell;
 
-/// Of a PNG, as red, green, blue and opacity.
+/// The pixels of a PNG, as red, green, blue and opacity.
 struct Pixels {
     explicit Pixels(const std::string& png) {
         png_image image{};

@@ -153,7 +153,7 @@ TEST(BudgetAccount, TheWaysThroughTwoWaitsAreAdmissionsAndTheThirdIsCharged) {
         static_cast<void>(account.blocks(at(now, now / 5 - 2, now / 10 - 1), kForever));
         static_cast<void>(account.woke(at_ns(now + 5), Nanoseconds{now / 5}));
     }
-    // Of 6: admission has one in each period, and the one before.
+    // The ways took 6: admission has one in each period, and the one before.
     EXPECT_EQ(account.server().consumed(), 2ns);
     EXPECT_EQ(account.server().available(at_ns(35)), 8ns) << "what is left is left at once";
 }

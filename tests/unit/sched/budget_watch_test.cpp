@@ -21,7 +21,7 @@ Nanoseconds spin_for(Nanoseconds length, VcpuParameters vcpu) {
         const Instant next = std::max(watch.next_look(), now + 1us);
         if (verdict == Verdict::run) used += next - now;
         now = next;
-        // Of a thread that is held, all is known.
+        // The times of a held thread are known in full.
         const Nanoseconds told =
             verdict == Verdict::run ? used / BudgetWatch::kTick * BudgetWatch::kTick : used;
         verdict = watch.look(now, {told});

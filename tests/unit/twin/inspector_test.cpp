@@ -409,7 +409,7 @@ TEST(Inspector, ExcursionsAndHomingsFromTheSwitchesInAnyOrder) {
     }
 }
 
-/// Of a pause that began as a homing does, too: one step beside is a difference.
+/// A pause that began as a homing does is judged, too: one step beside is a difference.
 TEST(Inspector, AnExcursionFromTheSwitchesThatLosesAStepIsADifference) {
     for (const int axis : {1, 2}) {
         Built built;

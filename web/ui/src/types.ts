@@ -23,7 +23,7 @@ export interface JobFacts {
 
 export interface Progress {
   bytes: number;
-  /** Of the time, 0 to 1. */
+  /** The share of the time, 0 to 1. */
   fraction: number;
   elapsed_s: number;
   /** Null: nobody knows yet. */
@@ -102,7 +102,7 @@ export interface Status {
   line: number;
   bytes_executed: number;
   print_time_s: number;
-  /** Of `job`. */
+  /** The progress of `job`. */
   progress: Progress | null;
   /** Until each waiting job of the first page is done, by id; without those that nobody knows. */
   ready_in_s: Record<number, number>;

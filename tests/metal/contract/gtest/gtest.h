@@ -24,10 +24,11 @@ struct Case {
     const char* name;
     void (*run)();
 };
-/// Of the one suite that is instantiated.
+/// The cases of the one suite that is instantiated.
 std::span<const Case> cases();
 
-/// Of the one case that a machine runs. Threads write it; the host reads it when they have ended.
+/// The failures of the one case that a machine runs. Threads count them; the host reads the number
+/// when they have ended.
 inline std::atomic<int> failures{0};
 
 /// What `<<` adds to a failure.

@@ -37,7 +37,7 @@ function Notice({ kind, title, id, at, button, children }: NoticeProps) {
 function IdleHeat() {
   const { left_s, off, timeout_s, hotEnd, bed } = useStore(({ online, status }) => ({
     left_s: online && status?.connected && status.idle_off_in_s !== null ? Math.ceil(status.idle_off_in_s) : null,
-    // Of a paused print, its card says it.
+    // The card of a paused print says it.
     off: online && status?.connected === true && status.idle_timed_out && status.state !== 'paused', timeout_s: status?.idle_timeout_s ?? 0,
     hotEnd: status?.hot_end.target_c ?? 0, bed: status?.bed.target_c ?? 0,
   }));

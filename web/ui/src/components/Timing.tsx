@@ -106,7 +106,7 @@ export function periodsOf(loop: LoopGuarantee): { text: string; title: string; b
   };
 }
 
-/** Of sketches/printer: its loops, and its bottom halves in the order in which it declares them. */
+/** The loops of sketches/printer, and its bottom halves in the order in which it declares them. */
 const LOOP_NAMES: Record<number, string> = { 1: 'plan', 2: 'step', 3: 'heat', 33: 'I2C', 34: 'network', 35: 'serial' };
 
 function LoopRow({ loop, before, mark }: { loop: LoopGuarantee; before?: LoopGuarantee; mark: (yes: boolean) => JSX.Element }) {

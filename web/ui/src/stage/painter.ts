@@ -131,7 +131,7 @@ function bar(): { corner: number[]; indices: number[] } {
 export interface Colours {
   grid: number[];
   outline: number[];
-  /** Of the light, what the darkest shade takes from the bed. */
+  /** The share of the light that the darkest shade takes from the bed. */
   shade: number;
 }
 

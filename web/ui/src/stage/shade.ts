@@ -41,7 +41,7 @@ export class Shade {
     this.fresh = true;
   }
 
-  /** Of the part itself: a skirt lies flat. */
+  /** Adds the shade of the part itself: a skirt lies flat. */
   add({ ends, features, segments }: LayerRecord): void {
     const { taken, width, height, cell_mm, low } = this;
     for (let i = 0; i < segments; i++) {
@@ -102,7 +102,7 @@ export class Shade {
   }
 }
 
-/** Of each place and `reach` on both sides, along lines of `length` places. */
+/** The mean of each place and `reach` on both sides, along lines of `length` places. */
 function means(from: Float32Array, length: number, lines: number, step: number, between: number, reach: number): Float32Array {
   const to = new Float32Array(from.length);
   for (let line = 0; line < lines; line++) {

@@ -4,7 +4,7 @@
 
 class OneLineBus {
   public:
-    /// Of a global object, before there is a setup().
+    /// It is run for a global object, before there is a setup().
     explicit OneLineBus(byte pin) : pin_(pin) { pinMode(pin_, INPUT); }
     /// 1: somebody is there.
     byte reset();
