@@ -6,6 +6,8 @@
 - So has a line of a page. What cannot be broken is let be: rows of tables, code, a picture, and a piece without a blank.
 - No line of one to three words stands in the middle of a paragraph: it is left over from an earlier wrap.
 - No sentence begins with "Who" or "Whoever": such a sentence has no subject until its middle.
+- No comment (nor its paragraph behind an empty line), docstring or line of a page begins with "Of" and a word in lower case: whose value it is comes
+  before what it is, and the reader waits for the subject. What a script writes into a page is its own (`<!-- made by … -->` to `<!-- end … -->`).
 
 Run from anywhere: `tools/check_prose.py`. Prints one line per offence, `file:line: what (what to do)`, and exits 1 if any.
 `--self-test` shows that each rule catches an offence made for it.
@@ -29,6 +31,9 @@ BLOCK_COMMENT = re.compile(r"^ *(/\*(?!.*\*/ *\S)|\* )")  # not one with code be
 ITEM = re.compile(r"^ *([-*]|\d+[.)]) +\S")
 TOOLS_WORDS = re.compile(r"\b(NOLINT|clang-format|eslint|shellcheck)")
 UNBROKEN = re.compile(r"(`+).+?\1|\]\([^)]*\)")  # code, and the target of a link
+OPENING = re.compile(r' *(/\*\*?|\*|""") ?(?=\S)')  # of a block comment's line, or of a docstring
+OF_FIRST = re.compile(r"Of [a-z`\[]")
+ITEM_OF_FIRST = re.compile(r" *(?:(?:[-*+>]|\d+[.)]) +)?" + OF_FIRST.pattern)
 SENTENCE_OF_WHO = re.compile(r"(?:^|(?<=[.:;!?] ))(Who|Whoever) (?!\S*\?)[^.?]*\.")
 
 
@@ -74,6 +79,21 @@ def blocks(lines, marker):
     return [(number, texts) for number, _, texts in found]
 
 
+def beginnings(lines, marker):
+    """(line number, text) where a comment or a docstring begins, or a comment goes on behind an empty line of it."""
+    for first, texts in blocks(lines, marker):
+        yield from ((first + i, text) for i, text in enumerate(texts) if i == 0 or not texts[i - 1].strip())
+    before = ""
+    for number, line in enumerate(lines, 1):
+        beside_code = None if line.strip().startswith(marker) else comment_of(line, marker)
+        opening = OPENING.match(line)
+        if beside_code:
+            yield number, beside_code[1]
+        elif opening and (opening[1] != "*" or before in ("/*", "/**", "*")):
+            yield number, line[opening.end():]
+        before = line.strip()
+
+
 def is_prose(text):
     return bool(text.strip()) and not DRAWING.search(text) and not TOOLS_WORDS.search(text)
 
@@ -95,12 +115,16 @@ def can_be_broken(line):
 
 
 def page_offences(lines):
-    is_code = False
+    is_code = is_made = False
     for number, line in enumerate(lines, 1):
+        if line.startswith("<!-- "):
+            is_made = line.startswith("<!-- made by ")
         if line.lstrip().startswith("```"):
             is_code = not is_code
         elif not is_code and SENTENCE_OF_WHO.search(line):
             yield number, "a sentence begins with Who (say the subject first)"
+        elif not is_code and not is_made and ITEM_OF_FIRST.match(line):
+            yield number, "a line begins with Of (say the subject first)"
         if is_code or len(line) <= COLUMNS_MAX or line.lstrip().startswith(("|", "!")):
             continue
         if can_be_broken(line):
@@ -117,6 +141,9 @@ def offences(path, text):
         comment = comment_of(line, marker) or (marker == "//" and BLOCK_COMMENT.match(line))
         if comment and len(line) > COLUMNS_MAX and not TOOLS_WORDS.search(line):
             yield number, f"{len(line)} columns with a comment (at most {COLUMNS_MAX}: wrap it, or put it above the code)"
+    for number, words in beginnings(lines, marker):
+        if OF_FIRST.match(words):
+            yield number, "a comment begins with Of (say the subject first)"
     for first, texts in blocks(lines, marker):
         for i in left_over(texts):
             yield first + i, f"'{texts[i].strip()}' is left over from an earlier wrap (join the paragraph)"
@@ -135,11 +162,23 @@ def self_test():
         ("base/a.h", "/// Who holds it ranks as the highest.\n", "Who"),
         ("base/a.h", "// It is kept. Whoever comes next\n// reads it.\n", "Who"),
         ("docs/a.md", "Text. Who reads this is lost.\n", "Who"),
+        ("base/a.h", "/// Of the processor, in °C.\n", "Of"),
+        ("base/a.h", "// A head.\n//\n// Of `a` alone.\n", "Of"),
+        ("base/a.h", "int x;  ///< Of the loop.\n", "Of"),
+        ("web/ui/src/a.ts", "  /** Of the time. */\n", "Of"),
+        ("web/ui/src/a.ts", "/**\n * Of the time.\n */\n", "Of"),
+        ("tools/a.py", "# Of a file.\n", "Of"),
+        ("tools/a.py", '    """Of a file."""\n', "Of"),
+        ("docs/a.md", "Of what failed, this.\n", "Of"),
+        ("docs/a.md", "- Of `a` alone.\n", "Of"),
+        ("docs/a.md", "<!-- made by a -->\n<!-- end -->\nOf what failed, this.\n", "Of"),
         ("docs/a.md", "a word " * 15 + "\n", "columns"),
         ("docs/a.md", "- `" + "a word " * 15 + "` and more\n", "columns"),
     ]
     clean = list(offences("base/a.h", "// A head of one line.\n//\n//   a    drawing\n//   b\n//   c    of it\n//\n// Who? is a question.\n"
-                                      "const char* url = \"https://a.b\";\n"))
+                                      "const char* url = \"https://a.b\";\n// It holds\n// Of a word or of none: both.\n"))
+    clean += offences("base/a.h", "/**\n * Whole words.\n * Of a sentence's middle.\n */\nint x;  ///< of the loop\n// Of 40 none was late.\n")
+    clean += offences("docs/a.md", "<!-- made by a -->\nOf what failed, this.\n<!-- end -->\n```\nOf what failed\n```\n")
     clean += offences("docs/a.md", "| " + "a word " * 15 + "|\n```\n" + "a word " * 15 + "\n```\n- `" + "a word " * 15 + "`\n")
     return tree_check.failed_cases(cases, clean, offences)
 
