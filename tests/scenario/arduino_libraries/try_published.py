@@ -132,7 +132,7 @@ def main():
     print(made + "\n" + reasons)
     if arguments.write:
         before, rest = PAGE.read_text(encoding="utf-8").split(BEGIN)
-        PAGE.write_text(before + BEGIN + made + "\nOf what a Mega builds, these failed:\n\n" + reasons + END + rest.split(END)[1], encoding="utf-8")
+        PAGE.write_text(before + BEGIN + made + "\nThese failed, though a Mega builds them:\n\n" + reasons + END + rest.split(END)[1], encoding="utf-8")
 
 
 if __name__ == "__main__":
