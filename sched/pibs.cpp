@@ -77,10 +77,11 @@ void Pibs::run_without_budget(Nanoseconds used) {
     eligible_from_ = charged_from_ += recovery_of(last_used_) - before;
 }
 
-void Pibs::block(Instant) {
+void Pibs::block(Instant now) {
     if (!active_) return;
     active_ = false;
-    close_service();
+    if (eligible_from_ <= now) return close_service();
+    remaining_ = used_ = Nanoseconds{0};  // it has not begun: there is no activation to pay for
 }
 
 void Pibs::change(Instant now, VcpuParameters parameters) {

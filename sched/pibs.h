@@ -19,6 +19,8 @@
 //   the old priority would be replenished at once at the new one, and break the window bound there.
 // - Time used beyond the budget is part of `used`: an overrun moves the replenishment and is never
 //   forgiven. It begins no further service, in however many pieces it is charged.
+// - A service that has not begun when the work is done costs nothing, no activation either: nothing
+//   has turned to it.
 // - U may change. The service in hand then ends, what it used comes back at the old U, and the next
 //   service has the budget of the new one. So the services before the change and those after it
 //   together take no more than a server that always had the greater U.
@@ -47,8 +49,8 @@ class Pibs {
   public:
     Pibs() = default;  ///< for containers only: assign before use
     /// U = budget / period. Idle, eligible from `start` on. Contract: parameters.valid().
-    /// `activation`: what each service costs the core beside its work. The service pays for it, so
-    /// that many short ones take no more than one long one.
+    /// `activation`: what each service that begins costs the core beside its work. The service pays
+    /// for it, so that many short ones take no more than one long one.
     /// `client_period`: of the main VCPU that it works for where none is named; 0: its own.
     explicit Pibs(VcpuParameters parameters, Instant start = kEpoch, Nanoseconds activation = {},
                   Nanoseconds client_period = {});

@@ -196,6 +196,8 @@ void SimCore::pay_for_throttling(Vcpu& vcpu, Instant now) {
     if (!is_counted(vcpu, scheduler_.next_replenishment(vcpu.spec.id))) pay(vcpu, now);
 }
 
+/// Each loop's R has the turns that its declared requests take. A handler has declared none: its
+/// activation is one turn, and the one behind a wait is another.
 void SimCore::pay_for_lock(Vcpu& vcpu, Instant now) {
     if (--vcpu.requests_left < 0) pay(vcpu, now);
 }

@@ -11,7 +11,7 @@ sketches and must give the same verdict and the same run.
 A finding is a set of which every loop keeps what it declares, and
     late        a release of an admitted loop ended after the next was due, in the simulator or by judge.py;
     beyond R    it ended later than R after it was due (where nothing was changed at run time);
-    differ      simulator and judge do not agree on some begin or end, to the nanosecond (handlers with sections: is_followed());
+    differ      simulator and judge do not agree on some begin or end, to the nanosecond;
     written     the same set as a sketch of its own was judged or ran otherwise;
     failed      a program failed.
 It is shrunk (minimise.py) and printed. The last line counts. It ends with 0 only when nothing was found. Whether it would find what it is there
@@ -34,7 +34,6 @@ import time
 import generator
 import judge
 import minimise
-import sets
 import writer
 
 
@@ -151,9 +150,8 @@ def overruns(table):
 
 
 def first_late(the_set, run, world):
-    """Where the judge does not follow each step, its own releases count for nothing."""
     for loop in the_set.loops:
-        seen, own = overruns(run.table).get(loop.id, 0), world.late[loop.id] if is_followed(the_set) else 0
+        seen, own = overruns(run.table).get(loop.id, 0), world.late[loop.id]
         if not seen and not own:
             continue
         worst = max((one for one in world.releases[loop.id] if one.end > one.nominal + loop.period), key=lambda one: one.end - one.nominal, default=None)
@@ -173,12 +171,6 @@ def first_beyond(the_set, verdict, run, world):
     return None
 
 
-def is_followed(the_set):
-    """A handler that lacks budget in its section goes on out of budgets to come. When the next service is, simulator and judge do not
-    agree on in some sets, by 40 us to 4 ms in what was seen; it is not known which of them errs. There the simulator's late releases alone count."""
-    return not sets.handlers_take_locks(the_set)
-
-
 @dataclasses.dataclass
 class Finding:
     kind: str
@@ -196,10 +188,8 @@ def look(door, the_set, verdict=None):
     if run.failed:
         return Finding("failed", run.failed)
     world = judged(the_set, verdict, run.answers)
-    late = first_late(the_set, run, world)
-    if late or not is_followed(the_set):
-        return Finding("late", late) if late else None
-    for kind, words in (("beyond R", first_beyond(the_set, verdict, run, world)), ("differ", first_difference(the_set, run, world))):
+    for kind, words in (("late", first_late(the_set, run, world)), ("beyond R", first_beyond(the_set, verdict, run, world)),
+                        ("differ", first_difference(the_set, run, world))):
         if words:
             return Finding(kind, words)
     return None

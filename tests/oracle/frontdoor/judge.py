@@ -169,10 +169,12 @@ class Pibs:
             self.works = True
             self.open(now)
 
-    def block(self, _):
+    def block(self, now):
+        """A service that has not begun costs nothing."""
         if self.works:
             self.works = False
-            self.close()
+            if self.from_instant <= now:
+                self.close()
 
     def change(self, now, budget, period):
         """The service in hand ends, and what it used comes back at the old U."""
@@ -193,6 +195,7 @@ class Vcpu:
         self.wakes = NEVER if self.is_io else 0  # None: awake
         self.blocked_at = 0
         self.waits_for = None
+        self.was_handed = False  # a lock that it waited for
         self.rank = (period, number)
         self.heir_of = None  # the highest rank of those that wait for it
         self.grace = 0
@@ -420,7 +423,7 @@ class World:
             del self.holders[lock]
             return
         self.holders[lock] = heir
-        heir.waits_for = None
+        heir.waits_for, heir.was_handed = None, True
         heir.core.next = min(heir.core.next, self.now)
         self.inherit()
 
@@ -503,6 +506,9 @@ class World:
             if vcpu.wakes is not None and vcpu.wakes <= now:
                 vcpu.server.wake(now if vcpu.is_io else max(vcpu.wakes, vcpu.blocked_at))
                 vcpu.wakes = None
+            if vcpu.was_handed:
+                vcpu.was_handed = False
+                self.pay_for_turn(vcpu)
         willing = [vcpu for vcpu in core.vcpus if vcpu.wakes is None and vcpu.waits_for is None]
         able = [vcpu for vcpu in willing if core.left(vcpu, now) > 0]
         chosen = min(able, key=lambda vcpu: core.rank(vcpu, now), default=None)
@@ -524,6 +530,11 @@ class World:
             events += [now + chosen.work, now + core.left(chosen, now)]
             core.ready = chosen.work == 0
         core.next = min(events, default=NEVER)
+
+    def pay_for_turn(self, vcpu):
+        """To one that waited for a lock. Loops have declared theirs; a handler has declared none, and its activation is one turn only."""
+        if vcpu.is_io and self.set.switch and len(vcpu.core.vcpus) > 1:
+            vcpu.server.use(self.now, 2 * self.set.switch)
 
     def go_on(self, core):
         vcpu = core.current

@@ -143,6 +143,27 @@ class Schedules(unittest.TestCase):
         # It begins at 2, behind loop 1, whose next release finds it at work.
         self.assertEqual([(begin / MS, end / MS) for begin, end in seen.runs[5][:1]], [(2, 23)])
 
+    def test_a_handler_that_waits_for_a_lock_pays_for_the_turn_behind_that(self):
+        # U is 1/2, of 40 ms. Loop 2 begins at 3, and its handler waits from 4 to 9. It uses 2 ms
+        # for its activation, 2 for the turn of 9 ms, and 3: back at 3 + 14. The second edge comes
+        # at 15.
+        edge = sets.Edge(5, 10 * MS, 20 * MS, 0, [[("l", 0), ("c", 3), ("u", 0)]])
+        low = loop(2, 20, 100, [("l", 0), ("p", 5), ("c", 4), ("u", 0), ("c", 1), ("p", 5), ("c", 8)])
+        seen = world(made(switch=MS, locks={0: {2: 4 * MS, -5: 3 * MS}}, loops=[loop(1, 1, 40), low], edges=[edge]))
+        self.assertEqual([(begin / MS, end / MS) for begin, end in seen.runs[5][:2]], [(4, 13), (18, 21)])
+
+    def test_a_service_that_never_began_costs_nothing(self):
+        # U is 2/7, and an activation costs 1. 3 end the budget, and the work; 2 more are beyond it.
+        server = judge.Pibs(2, 7, 14, 1)
+        server.wake(100)
+        server.use(103, 3)
+        server.block(103)
+        self.assertEqual(server.back(), 114)
+        server.wake(103)
+        server.use(105, 2)
+        server.block(105)
+        self.assertEqual(server.back(), 121)
+
     def test_code_between_two_steps_goes_on_before_a_release_of_that_instant(self):
         # At 5 ms loop 1 wants the lock that loop 3 holds on the other core: so loop 4, due there
         # at 5 ms, waits for it.

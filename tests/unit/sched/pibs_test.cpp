@@ -48,6 +48,25 @@ TEST(Pibs, AnOverrunInPiecesComesBackAsOneInOnePieceDoes) {
     }
 }
 
+/// The service behind one that has used its whole budget, or more, may never begin: the work is
+/// done. Nothing turned to it, so it has no activation to pay for.
+TEST(Pibs, AServiceThatNeverBeganPaysForNoActivation) {
+    Pibs server{{2ns, 7ns}, at_ns(0), 1ns};
+    server.activate(at_ns(100), 14ns);
+    server.consume(at_ns(103), 3ns);
+    server.block(at_ns(103));
+    EXPECT_EQ(server.next_replenishment(), at_ns(114)) << "1 of activation and 3 used: 4 * 7/2";
+    server.activate(at_ns(103), 14ns);
+    server.consume(at_ns(105), 2ns);
+    server.block(at_ns(105));
+    EXPECT_EQ(server.next_replenishment(), at_ns(121)) << "and 2 beyond the budget: 6 * 7/2";
+    server.activate(at_ns(105), 14ns);
+    EXPECT_EQ(server.available(at_ns(120)), 0ns);
+    EXPECT_EQ(server.available(at_ns(121)), 3ns);
+    server.block(at_ns(121));
+    EXPECT_EQ(server.next_replenishment(), at_ns(125)) << "it could begin, and pays";
+}
+
 TEST(Pibs, IdleTimeIsNotSavedUp) {
     Pibs server{{1ns, 4ns}};
     server.activate(at_ns(1000), 16ns);

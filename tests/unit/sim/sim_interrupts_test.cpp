@@ -464,6 +464,43 @@ TEST(SimEdges, TheHandlerPreemptsByItsOwnPeriodAndPaysFromItsOwnBudget) {
     EXPECT_EQ(report.bottom_halves[0].end_worst, 10'800us);
 }
 
+/// No loop's R has the turn to a handler that waited, and its activation is one turn only.
+TEST(SimEdges, AHandlerThatWaitsForALockPaysForTheTurnBehindThat) {
+    NoPeripherals wires;
+    SimConfig config;
+    config.costs.context_switch = 10us;
+    SimBoard board(config, wires);
+    Program program;
+    struct Context {
+        SimBoard* board;
+        LockWord lock{};
+        Instant end{};
+    } context{&board, {}, {}};
+    program.io(33, 1ms, 10ms, 0).loop(1, 50ms, 100ms, 0, [&] {
+        EXPECT_TRUE(board.pin_mode(PinId{1}, PinMode::output));
+        EXPECT_TRUE(board.attach_edge(
+            PinId{1}, Edge::rising,
+            [](void* p) {
+                auto& c = *static_cast<Context*>(p);
+                c.board->lock(c.lock);
+                c.board->compute(100us);
+                c.board->unlock(c.lock);
+                c.end = c.board->now();
+            },
+            &context, 33));
+        board.lock(context.lock);
+        board.pin_write(PinId{1}, Level::high);
+        board.compute(2ms);
+        board.unlock(context.lock);
+        board.compute(1ms);
+    });
+    ASSERT_TRUE(board.start(program.specs()));
+    board.run(at(100ms));
+    // To the loop, to the handler, back, and to the handler again.
+    EXPECT_EQ(context.end, at(4 * 10us + 2ms + 100us));
+    EXPECT_EQ(board.cpu_time(33), 100us + 2 * 10us);
+}
+
 TEST(SimEdges, MoreThanTheQueueHoldsAreCountedAsLost) {
     NoPeripherals wires;
     SimBoard board(SimConfig{}, wires);
