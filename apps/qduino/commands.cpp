@@ -92,23 +92,11 @@ ReadBoardFile board_of(const Arguments& arguments) {
 
 // ---- the commands: each returns the exit status; an error means 1 -------------------------------
 
-/// One word of a command that can be copied.
-std::string for_a_shell(std::string_view word) {
-    const auto is_plain = [](char c) {
-        return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '/' ||
-               c == '.' || c == '_' || c == '-';
-    };
-    if (std::ranges::all_of(word, is_plain)) return std::string{word};
-    std::string out = "'";
-    for (const char c : word) out += c == '\'' ? std::string{"'\\''"} : std::string(1, c);
-    return out + "'";
-}
-
 Result<int> make_new(const Arguments& arguments) {
     QDUINO_TRY_ASSIGN(const fs::path made, make_sketch(arguments.name));
     std::printf("%s\n", made.c_str());
     // The path alone is for programs.
-    say("Next: cd " + for_a_shell(made.parent_path().native()) + " && qduino check");
+    say("Next: " + shell_words({"cd", made.parent_path().native()}) + " && qduino check");
     return 0;
 }
 
