@@ -54,6 +54,13 @@ void say_left_out(const std::vector<BuildStep>& compiled, bool is_missed) {
     if (is_missed) name_missing_headers(compiled);
 }
 
+/// What a library's files are compiled with besides. Warnings are its author's business.
+Words library_words(const std::vector<Library>& libraries) {
+    Words words = include_words(libraries);
+    words.emplace_back("-w");
+    return words;
+}
+
 Result<posix::UniqueFd> lock_folder(const fs::path& folder) {
     std::error_code failed;
     fs::create_directories(folder, failed);
@@ -115,8 +122,7 @@ fs::path SketchBuild::shared_folder(const Library& library, const Words& further
 
 /// In the order of their paths: two builds that need the same two wait for each other only in turn.
 Result<std::vector<posix::UniqueFd>> SketchBuild::lock_shared(const std::vector<Library>& libraries) const {
-    Words further = include_words(libraries);
-    further.emplace_back("-w");
+    const Words further = library_words(libraries);
     std::set<fs::path> folders;
     for (const Library& library : libraries) {
         if (is_shared(library)) folders.insert(shared_folder(library, further));
@@ -217,16 +223,16 @@ std::vector<BuildStep> SketchBuild::compiling_library(const Library& library, co
 }
 
 std::vector<BuildStep> SketchBuild::compiling_all(const std::vector<Library>& libraries) const {
-    Words further = include_words(libraries);
+    const Words further = include_words(libraries);
     std::vector<BuildStep> steps{
         compiling(generated_, object_of(generated_), sketch_.name + ".ino", further)};
     for (const fs::path& source : sketch_.sources) {
         steps.push_back(compiling(source, object_of(source),
                                   source.lexically_relative(sketch_.folder).string(), further));
     }
-    further.emplace_back("-w");  // its author's business
+    const Words of_libraries = library_words(libraries);
     for (const Library& library : libraries) {
-        std::vector<BuildStep> more = compiling_library(library, further);
+        std::vector<BuildStep> more = compiling_library(library, of_libraries);
         std::ranges::move(more, std::back_inserter(steps));
     }
     return steps;
