@@ -41,7 +41,7 @@ Finding real_time_share(const Facts& facts) {
     const auto found = text<std::string>(group->runtime, " in ", group->period, " on each core");
     // What the kernel leaves to the whole computer by default.
     constexpr double kUsual = 0.95;
-    if (to_seconds(group->runtime) >= kUsual * to_seconds(group->period)) return ok(found);
+    if (group->share() >= kUsual) return ok(found);
     return better(found + ": admission counts no more", fix);
 }
 

@@ -32,7 +32,7 @@ void join(FixedString<200>& text, std::string_view more) {
 bool group_is_throttled(const std::string& root) {
     constexpr double kUsual = 0.9;
     const auto group = real_time_group(root);
-    return group && to_seconds(group->runtime) < kUsual * to_seconds(group->period);
+    return group && group->share() < kUsual;
 }
 
 /// The kernel never stops real-time threads to let ordinary ones run.

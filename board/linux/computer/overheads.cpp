@@ -110,7 +110,7 @@ void keep_for_ordinary_tasks(sched::PlatformOverheads& overheads, const std::str
     // A group with nothing takes no real-time task, so there is nothing to be admitted.
     const auto group = real_time_group(root);
     if (!group || group->runtime <= Nanoseconds{0}) return;
-    if (to_seconds(group->runtime) / to_seconds(group->period) >= share) return;
+    if (group->share() >= share) return;
     overheads.kept_period = group->period;
     overheads.kept_budget = group->period - group->runtime;
     overheads.kept_by = "control group's limit";
@@ -140,8 +140,7 @@ double real_time_share(const std::string& root) {
     const double period_us = kernel_number(root, "sched_rt_period_us");
     const bool limited = runtime_us >= 0 && period_us > runtime_us;
     double share = limited ? runtime_us / period_us : 1;
-    if (const auto group = real_time_group(root))
-        share = std::min(share, to_seconds(group->runtime) / to_seconds(group->period));
+    if (const auto group = real_time_group(root)) share = std::min(share, group->share());
     return share >= 1 ? 1 : std::max(0.1, share - kShareOfMargin);
 }
 

@@ -42,7 +42,7 @@ std::optional<std::int64_t> number_in(const std::string& path) {
 }
 
 /// Version 1: "-1" is none. Version 2: "max 100000" is, and "10000 100000" is 10 ms in 100 ms.
-std::optional<CpuQuota> quota_of(const std::string& folder) {
+std::optional<GroupLimit> quota_of(const std::string& folder) {
     const std::string second = text_of_file(folder + "/cpu.max");
     std::string_view rest = second;
     const auto runtime =
@@ -51,13 +51,13 @@ std::optional<CpuQuota> quota_of(const std::string& folder) {
         second.empty() ? number_in(folder + "/cpu.cfs_period_us") : whole_number<std::int64_t>(rest);
     if (!runtime || *runtime <= 0) return std::nullopt;
     // 100 ms is the kernel's own where none is written (kernel/sched/fair.c).
-    return CpuQuota{folder + (second.empty() ? "/cpu.cfs_quota_us" : "/cpu.max"), *runtime * 1us,
-                    period.value_or(100'000) * 1us};
+    return GroupLimit{folder + (second.empty() ? "/cpu.cfs_quota_us" : "/cpu.max"), *runtime * 1us,
+                      period.value_or(100'000) * 1us};
 }
 
-template <typename Share>
-double part_of(const Share& share) {
-    return to_seconds(share.runtime) / to_seconds(share.period);
+/// Keeps the tighter of two.
+void keep_tighter(std::optional<GroupLimit>& tightest, const GroupLimit& limit) {
+    if (!tightest || limit.share() < tightest->share()) tightest = limit;
 }
 
 }  // namespace
@@ -113,25 +113,23 @@ std::int64_t value_of(std::string_view lines, std::string_view key) {
     return 0;
 }
 
-std::optional<RealTimeGroup> real_time_group(const std::string& root) {
-    std::optional<RealTimeGroup> tightest;
+std::optional<GroupLimit> real_time_group(const std::string& root) {
+    std::optional<GroupLimit> tightest;
     // Without the limit of the whole computer there is none of a group (kernel/sched/rt.c).
     if (text_of_file(root + "/proc/sys/kernel/sched_rt_runtime_us").starts_with("-1")) return tightest;
     for (const std::string& folder : groups_with(root, "cpu", "cpu.rt_runtime_us")) {
         const std::string file = folder + "/cpu.rt_runtime_us";
         const auto runtime = number_in(file), period = number_in(folder + "/cpu.rt_period_us");
         if (!runtime || !period || *runtime < 0 || *period <= *runtime) continue;
-        const RealTimeGroup group{file, *runtime * 1us, *period * 1us};
-        if (!tightest || part_of(group) < part_of(*tightest)) tightest = group;
+        keep_tighter(tightest, {file, *runtime * 1us, *period * 1us});
     }
     return tightest;
 }
 
-std::optional<CpuQuota> cpu_quota(const std::string& root) {
-    std::optional<CpuQuota> tightest;
+std::optional<GroupLimit> cpu_quota(const std::string& root) {
+    std::optional<GroupLimit> tightest;
     for (const std::string& folder : groups_with(root, "cpu", "cpu.stat")) {
-        const std::optional<CpuQuota> quota = quota_of(folder);
-        if (quota && (!tightest || part_of(*quota) < part_of(*tightest))) tightest = quota;
+        if (const auto quota = quota_of(folder)) keep_tighter(tightest, *quota);
     }
     return tightest;
 }

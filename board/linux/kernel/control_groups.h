@@ -39,23 +39,21 @@ struct Hierarchy {
 /// The number behind `key` in the lines of a file; 0 when there is none.
 [[nodiscard]] std::int64_t value_of(std::string_view lines, std::string_view key);
 
-/// What a group leaves to real-time tasks.
-struct RealTimeGroup {
-    std::string file;  ///< cpu.rt_runtime_us of that group
+/// What a group leaves to tasks of a kind: `runtime` of each `period`.
+struct GroupLimit {
+    std::string file;  ///< the group's, that says so
     Nanoseconds runtime{};
     Nanoseconds period{};
-};
-/// The tightest. Nothing: the kernel was built without such shares, or no group limits them.
-[[nodiscard]] std::optional<RealTimeGroup> real_time_group(const std::string& root = "");
 
-/// What a group leaves to ordinary tasks.
-struct CpuQuota {
-    std::string file;  ///< cpu.cfs_quota_us or cpu.max of that group
-    Nanoseconds runtime{};
-    Nanoseconds period{};
+    /// As a part of the period; above 1 for several cores together.
+    [[nodiscard]] double share() const { return to_seconds(runtime) / to_seconds(period); }
 };
-/// The tightest. Nothing: no group around this process has one.
-[[nodiscard]] std::optional<CpuQuota> cpu_quota(const std::string& root = "");
+/// The tightest limit of real-time tasks, on each core (cpu.rt_runtime_us). Nothing: the kernel was
+/// built without such limits, or no group has one.
+[[nodiscard]] std::optional<GroupLimit> real_time_group(const std::string& root = "");
+/// The tightest limit of ordinary tasks, on all cores together (cpu.cfs_quota_us, cpu.max).
+/// Nothing: no group around this process has one.
+[[nodiscard]] std::optional<GroupLimit> cpu_quota(const std::string& root = "");
 
 /// How long quotas have kept ordinary tasks of this process's groups waiting, on all cores in sum.
 /// Nothing: no group around it has a quota.
