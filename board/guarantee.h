@@ -61,6 +61,23 @@ struct BottomHalfGuarantee {
     Nanoseconds replenishment{-1};  ///< … and for how long one may wait for budget before
 };
 
+/// One line per chain of loops that has a bound. The runtime knows them; the board does not.
+struct ChainGuarantee {
+    FixedString<40> name;
+    FixedString<240> way;  ///< from the event to the output
+    // From a change of the input to the output that answers it, and how old an output's data is:
+    Nanoseconds reaction_bound{};
+    Nanoseconds reaction_limit{};  ///< that the sketch asks for; 0: none
+    Nanoseconds age_bound{-1};     ///< < 0: it has no age
+    Nanoseconds age_limit{};
+    // What was seen since the loops began:
+    std::int64_t reactions = 0;
+    Nanoseconds worst_reaction{};
+    Nanoseconds worst_age{};
+    /// Seen from there on: nobody knows when its device's event came.
+    bool from_first_loop = false;
+};
+
 /// Why a release ended late, as far as the kernel's counts of that second show it.
 enum class DelayCause : std::uint8_t {
     tasks,       ///< others had its core
@@ -165,6 +182,7 @@ struct GuaranteeReport {
     FixedVector<CoreGuarantee, 64> cores;
     FixedVector<TreeGuarantee, 16> trees;
     FixedVector<DelayGuarantee, kVcpuLimit> delays;
+    FixedVector<ChainGuarantee, 16> chains;
 };
 
 }  // namespace qduino::board

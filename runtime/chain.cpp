@@ -47,22 +47,26 @@ Line against(std::string_view what, Nanoseconds bound, Nanoseconds limit) {
     return out;
 }
 
-/// From the event to the output, by the names of its parts; broken before column 80.
+/// Calls `piece` with the name of each part, from the event to the output.
+void each_part(const Chain& chain, auto piece) {
+    piece(chain.from);
+    for (const sched::ChainStage& stage : chain.stages)
+        piece(text<Line>(stage.queued ? " > ring > "sv : " > "sv, stage_name(stage.vcpu)));
+    piece(text<Line>(" > "sv, chain.to));
+}
+
+/// Broken before column 80.
 void write_way(Explanation& out, const Chain& chain) {
     out.append("    "sv);
     std::size_t column = 4;
-    const auto piece = [&](std::string_view words) {
+    each_part(chain, [&](std::string_view words) {
         if (column + words.size() > 78) {
             out.append("\n      "sv);
             column = 6;
         }
         out.append(words);
         column += words.size();
-    };
-    piece(chain.from);
-    for (const sched::ChainStage& stage : chain.stages)
-        piece(text<Line>(stage.queued ? " > ring > "sv : " > "sv, stage_name(stage.vcpu)));
-    piece(text<Line>(" > "sv, chain.to));
+    });
     out.push_back('\n');
 }
 
@@ -92,6 +96,12 @@ ChainVerdict judge(const Chain& chain, const sched::MulticoreAdmission& admissio
     verdict.bound = sched::bound_of(admission, chain.stages);
     verdict.wrong = fault_of(chain, verdict.bound);
     return verdict;
+}
+
+FixedString<240> way_of(const Chain& chain) {
+    FixedString<240> way;
+    each_part(chain, [&](std::string_view words) { way.append(words); });
+    return way;
 }
 
 FixedString<200> in_short(const ChainVerdict& verdict) {

@@ -55,6 +55,9 @@ using ChainVerdicts = FixedVector<ChainVerdict, kChainLimit>;
 /// "stop button: reaction 23 ms > 20 ms"; of one that holds: its bounds.
 [[nodiscard]] FixedString<200> in_short(const ChainVerdict& verdict);
 
+/// "pin 2 > io 33 > loop 1 > ring > loop 3 > pin 9".
+[[nodiscard]] FixedString<240> way_of(const Chain& chain);
+
 /// Its bounds; of one that does not hold also who takes the time. Lines as sched::Explanation has
 /// them.
 void explain(sched::Explanation& out, const ChainVerdict& verdict);

@@ -142,7 +142,7 @@ void Runtime::add_chain(Chain chain) {
 
 void Runtime::watch_chains() {
     for (const ChainVerdict& verdict : plan_.chains()) {
-        watches_.push_back(verdict.wrong.empty() ? std::make_unique<ChainWatch>(verdict.chain) : nullptr);
+        watches_.push_back(verdict.wrong.empty() ? std::make_unique<ChainWatch>(verdict) : nullptr);
         ChainWatch* const watch = watches_.back().get();
         for (std::size_t k = 0; watch && k < verdict.chain.stages.size(); ++k) {
             const board::VcpuId id = verdict.chain.stages[k].vcpu;
@@ -152,6 +152,13 @@ void Runtime::watch_chains() {
                 handlers_[verdict.chain.pin.number].chains.push_back({watch, k});
             }
         }
+    }
+}
+
+/// Behind a change that was kept.
+void Runtime::note_chain_bounds() {
+    for (std::size_t i = 0; i < watches_.size(); ++i) {
+        if (watches_[i]) watches_[i]->set_bound(plan_.chains()[i].bound);
     }
 }
 
@@ -344,6 +351,7 @@ Result<void> Runtime::change_io(board::DeviceClass device, sched::VcpuParameters
                           ", while the loops run");
     return one_at_a_time([&]() -> Result<void> {
         QDUINO_TRY(plan_.change_io(io, parameters, board_.now()));
+        note_chain_bounds();
         return board_.change_io(io, parameters);
     });
 }
@@ -445,6 +453,7 @@ Result<void> Runtime::keep_if_admitted(const char* change, Undo undo) {
             overheads_[core] = board_.platform_overheads(static_cast<int>(core));
     }
     const Result<void> admitted = plan_.admit_again(overheads_, change, board_.now());
+    if (admitted) note_chain_bounds();
     if (!admitted) static_cast<void>(undo());
     return admitted;
 }

@@ -82,8 +82,8 @@ class Runtime {
         return pin.number < board::kPinCount ? handlers_[pin.number].profile.get() : nullptr;
     }
     [[nodiscard]] board::VcpuId handler_vcpu(board::PinId pin) const { return handlers_[pin.number].io; }
-    /// What was seen of the chain at `index` of plan().chains(); null where it has no bound. Read
-    /// it when the loops have ended.
+    /// What was seen so far of the chain at `index` of plan().chains(), and its bound now; null
+    /// where it has none. Any thread may read it while the loops run.
     [[nodiscard]] const ChainWatch* chain_watch(std::size_t index) const {
         return index < watches_.size() ? watches_[index].get() : nullptr;
     }
@@ -146,6 +146,7 @@ class Runtime {
     Result<void> attach_again(board::PinId pin, board::Edge edge, void (*handler)(), Nanoseconds budget);
     void add_chain(Chain chain);
     void watch_chains();
+    void note_chain_bounds();
     void chains_begin(const Loop& loop, Instant now);
     void chains_end(const Loop& loop, Instant now);
     template <typename Change>

@@ -109,6 +109,23 @@ Json json_of(const board::CoreGuarantee& core) {
             {"note", core.note.view()}};
 }
 
+Json json_of(const board::ChainGuarantee& chain) {
+    const auto if_any = [](bool any, Nanoseconds duration) {
+        return any ? Json(microseconds(duration)) : Json(nullptr);
+    };
+    const bool has_age = chain.age_bound >= Nanoseconds{0};
+    return {{"name", chain.name.view()},
+            {"way", chain.way.view()},
+            {"reaction_bound_us", microseconds(chain.reaction_bound)},
+            {"reaction_limit_us", if_any(chain.reaction_limit > Nanoseconds{0}, chain.reaction_limit)},
+            {"age_bound_us", measured(chain.age_bound)},
+            {"age_limit_us", if_any(chain.age_limit > Nanoseconds{0}, chain.age_limit)},
+            {"reactions", chain.reactions},
+            {"worst_reaction_us", if_any(chain.reactions > 0, chain.worst_reaction)},
+            {"worst_age_us", if_any(has_age && chain.worst_age > Nanoseconds{0}, chain.worst_age)},
+            {"from_first_loop", chain.from_first_loop}};
+}
+
 /// A list of what json_of() makes of each.
 Json list_of(const auto& pieces) {
     Json list = Json::array();
@@ -133,7 +150,8 @@ std::string guarantee_json(const board::GuaranteeReport& report) {
                    {"cores", list_of(report.cores)},
                    {"bottom_halves", list_of(report.bottom_halves)},
                    {"delays", list_of(report.delays)},
-                   {"trees", list_of(report.trees)}};
+                   {"trees", list_of(report.trees)},
+                   {"chains", list_of(report.chains)}};
     return text_of(out);
 }
 

@@ -175,11 +175,31 @@ void add_periods(board::GuaranteeReport& report, runtime::Runtime& runtime, Inst
     }
 }
 
+/// From what the watches keep: the plan belongs to the loop that makes a change.
+void add_chains(board::GuaranteeReport& report, const runtime::Runtime& runtime) {
+    for (std::size_t i = 0; i < runtime::kChainLimit; ++i) {
+        const runtime::ChainWatch* const watch = runtime.chain_watch(i);
+        if (!watch) continue;
+        const runtime::Chain& chain = watch->chain();
+        report.chains.push_back({.name = chain.name,
+                                 .way = runtime::way_of(chain),
+                                 .reaction_bound = watch->reaction_bound(),
+                                 .reaction_limit = chain.limits.reaction,
+                                 .age_bound = watch->age_bound(),
+                                 .age_limit = chain.limits.age,
+                                 .reactions = watch->count(),
+                                 .worst_reaction = watch->reaction(),
+                                 .worst_age = watch->age(),
+                                 .from_first_loop = watch->begins_at_a_loop()});
+    }
+}
+
 }  // namespace
 
 board::GuaranteeReport guarantee_of(runtime::Runtime& runtime) {
     board::GuaranteeReport report = runtime.board().guarantee();
     add_periods(report, runtime, runtime.board().now());
+    add_chains(report, runtime);
     if (!runtime.plan().admitted()) return report;
     for (const sched::Admission& core : runtime.plan().admission().cores) {
         for (const sched::IoResponse& promise : core.ios) {

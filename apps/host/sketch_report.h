@@ -33,8 +33,9 @@ std::string loops_left(const std::vector<const runtime::Loop*>& loops);
 /// chain_verdict(), and chain_lines().
 std::string run_report(const runtime::Runtime& runtime, Instant now);
 
-/// What its board guarantees, with what admission promises of the bottom halves that have run, and
-/// how the loops have kept their periods so far. On the host's thread, also while the loops run.
+/// What its board guarantees, with what admission promises of the bottom halves that have run and
+/// of the chains, and how loops and chains have kept that so far. On the host's thread, also while
+/// the loops run.
 board::GuaranteeReport guarantee_of(runtime::Runtime& runtime);
 
 /// The loops of a runtime, in order of id.

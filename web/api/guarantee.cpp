@@ -46,13 +46,25 @@ constexpr std::array kTreeMembers{Member{"name", Kind::text},        Member{"cor
                                   Member{"admitted", Kind::flag},    Member{"enforced", Kind::flag},
                                   Member{"shortfall", Kind::text}};
 
+constexpr std::array kChainMembers{Member{"name", Kind::text},
+                                   Member{"way", Kind::text},
+                                   Member{"reaction_bound_us", Kind::number},
+                                   Member{"reaction_limit_us", Kind::measured},
+                                   Member{"age_bound_us", Kind::measured},
+                                   Member{"age_limit_us", Kind::measured},
+                                   Member{"reactions", Kind::count},
+                                   Member{"worst_reaction_us", Kind::measured},
+                                   Member{"worst_age_us", Kind::measured},
+                                   Member{"from_first_loop", Kind::flag}};
+
 struct Table {
     const char* name;
     std::span<const Member> members;
 };
 
 constexpr std::array kTables{Table{"loops", kLoopMembers}, Table{"cores", kCoreMembers},
-                             Table{"bottom_halves", {}}, Table{"delays", {}}, Table{"trees", kTreeMembers}};
+                             Table{"bottom_halves", {}},   Table{"delays", {}},
+                             Table{"trees", kTreeMembers}, Table{"chains", kChainMembers}};
 
 bool is_a(const Json& value, Kind kind) {
     switch (kind) {

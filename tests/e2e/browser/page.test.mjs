@@ -656,6 +656,11 @@ test('what is guaranteed is as of now', () =>
     mock.printer.late = 3;
     await until('the late releases', async () => (await text(rows.nth(0).locator('td').last())) === '3 late');
     assert.equal(await text(rows.nth(1).locator('td').last()), '–', 'loop 2 has no periods');
+    const chains = at('chains').locator('tbody tr');
+    assert.equal(await chains.count(), 2);
+    assert.match(await text(chains.nth(0)), /thermistors to heaters.*17.0 ms of 15.6 ms.*640 µs of 7.60 ms/);
+    assert.equal(await chains.nth(0).locator('td.bad').count(), 1, 'a reaction beyond its bound is marked');
+    assert.match(await text(chains.nth(1)), /emergency byte to pins.*loop 2.*– of 32.4 ms–/);
   }));
 
 // Every state with something of its own on the page; a new page for each of them, and both colour

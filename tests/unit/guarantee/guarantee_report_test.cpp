@@ -183,6 +183,32 @@ TEST(GuaranteeReport, ANameThatIsNoUtf8IsStillWritten) {
     EXPECT_EQ(json["trees"][0]["name"], "a\uFFFD\uFFFD");
 }
 
+TEST(GuaranteeReport, AChainHasItsBoundsAndTheWorstThatWasSeen) {
+    board::GuaranteeReport report;
+    report.chains.push_back({.name = "heating",
+                             .way = "thermistors > loop 3 > heaters",
+                             .reaction_bound = 15600us,
+                             .reaction_limit = 16ms,
+                             .age_bound = 7600us,
+                             .reactions = 12,
+                             .worst_reaction = 8500us,
+                             .worst_age = 800us});
+    board::ChainGuarantee other;
+    other.name = "stopping";
+    other.reaction_bound = 32ms;
+    other.from_first_loop = true;
+    report.chains.push_back(other);
+    const auto chains = nlohmann::json::parse(guarantee_json(report))["chains"];
+    const auto expected = nlohmann::json::parse(R"([
+        {"name": "heating", "way": "thermistors > loop 3 > heaters", "reaction_bound_us": 15600.0,
+         "reaction_limit_us": 16000.0, "age_bound_us": 7600.0, "age_limit_us": null, "reactions": 12,
+         "worst_reaction_us": 8500.0, "worst_age_us": 800.0, "from_first_loop": false},
+        {"name": "stopping", "way": "", "reaction_bound_us": 32000.0, "reaction_limit_us": null,
+         "age_bound_us": null, "age_limit_us": null, "reactions": 0, "worst_reaction_us": null,
+         "worst_age_us": null, "from_first_loop": true}])");
+    EXPECT_EQ(chains, expected);
+}
+
 // ---- who took the core of a loop that was late --------------------------------------------------
 
 board::GuaranteeReport late_by(Nanoseconds worst, bool owns_core = true) {

@@ -87,5 +87,35 @@ TEST_F(LiveGuaranteeTest, AReleaseThatDoesNotEndHasMissedItsPeriods) {
     runtime_->run(kForever);
 }
 
+TEST_F(LiveGuaranteeTest, AChainIsThereWithItsBoundAndWhatItHasTakenSoFar) {
+    runtime::ChainDeclaration declared{"heating"};
+    declared.chain().source = runtime::Chain::Source::read;
+    declared.chain().from = "thermistors";
+    declared.chain().to = "heaters";
+    declared.chain().stages.push_back({.vcpu = 1});
+    declared.chain().limits.reaction = 20ms;
+    std::vector<json> seen;
+    begin([&](int release) {
+        board_.compute(release == 350 ? 2ms : 1ms);
+        if (release % 100 == 50)
+            seen.push_back(json::parse(link_->guarantee.read().json.view())["chains"][0]);
+        if (release == 450) board_.request_stop();
+    });
+    run_and_publish(*link_, *runtime_);
+    ASSERT_EQ(seen.size(), 5U);
+    EXPECT_EQ(seen[0]["name"], "heating");
+    EXPECT_EQ(seen[0]["way"], "thermistors > loop 1 > heaters");
+    EXPECT_EQ(seen[0]["reaction_bound_us"], 12000);
+    EXPECT_EQ(seen[0]["reaction_limit_us"], 20000);
+    EXPECT_EQ(seen[0]["age_bound_us"], 2000);
+    EXPECT_TRUE(seen[0]["age_limit_us"].is_null());
+    EXPECT_EQ(seen[0]["reactions"], 0);
+    EXPECT_TRUE(seen[0]["worst_reaction_us"].is_null());
+    EXPECT_EQ(seen[3]["worst_reaction_us"], 11000) << "the long release is still to come";
+    EXPECT_GE(seen[3]["reactions"], 298);
+    EXPECT_EQ(seen[4]["worst_reaction_us"], 12000);
+    EXPECT_EQ(seen[4]["worst_age_us"], 2000);
+}
+
 }  // namespace
 }  // namespace qduino::apps::live_guarantee_test

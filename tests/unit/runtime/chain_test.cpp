@@ -121,8 +121,10 @@ TEST_F(ChainsOfAPlan, ALongWayIsBrokenBeforeColumn80) {
 
 constexpr Instant at(Nanoseconds t) { return kEpoch + t; }
 
+ChainVerdict bounded(const Chain& declared) { return {.chain = declared, .bound = {}, .wrong = {}}; }
+
 TEST(ChainWatch, AgeIsFromTheReadAndReactionFromTheOneBefore) {
-    ChainWatch watch(chain({1, 2}));
+    ChainWatch watch(bounded(chain({1, 2})));
     watch.begins(1, at(1ms));
     watch.ends(1, at(2ms));  // nothing has come yet
     watch.begins(0, at(10ms));
@@ -146,7 +148,7 @@ TEST(ChainWatch, AgeIsFromTheReadAndReactionFromTheOneBefore) {
 TEST(ChainWatch, OfARingTheOldestItemCounts) {
     Chain declared = chain({1, 2});
     declared.stages[1].queued = true;
-    ChainWatch watch(declared);
+    ChainWatch watch(bounded(declared));
     for (const Nanoseconds read : {10ms, 20ms, 30ms}) {
         watch.begins(0, at(read));
         watch.ends(0, at(read + 1ms));
@@ -159,7 +161,7 @@ TEST(ChainWatch, OfARingTheOldestItemCounts) {
 TEST(ChainWatch, OfAnEdgeTheOldestThatWaits) {
     Chain declared = chain({33, 1});
     declared.source = Chain::Source::edge;
-    ChainWatch watch(declared);
+    ChainWatch watch(bounded(declared));
     for (const Nanoseconds came : {10ms, 13ms}) {
         watch.begins_with_edge(at(came));
         watch.ends(0, at(came + 1ms));
@@ -180,7 +182,7 @@ TEST(ChainWatch, OfAnEdgeTheOldestThatWaits) {
 TEST(ChainWatch, OfADeviceTheFirstLoopIsTheBeginning) {
     Chain declared = chain({33, 1});
     declared.source = Chain::Source::device;
-    ChainWatch watch(declared);
+    ChainWatch watch(bounded(declared));
     watch.begins(1, at(10ms));
     watch.ends(1, at(12ms));
     watch.begins(1, at(20ms));

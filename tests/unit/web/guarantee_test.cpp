@@ -34,6 +34,7 @@ board::GuaranteeReport report_of_a_printer() {
     board::TreeGuarantee tree;
     tree.name = "print service";
     report.trees.push_back(tree);
+    report.chains.push_back({.name = "thermistors to heaters", .way = "thermistors > loop 3 > heaters"});
     return report;
 }
 
@@ -56,7 +57,10 @@ TEST(CheckedGuarantee, AMemberThatIsMissingOrOfAnotherKindIsRefused) {
           "shortfall", "cpu_used_us", "watched_us", "held_from_outside", "escape", "releases", "overruns",
           "missed", "worst_late_us"}},
         {"cores", {"core", "interrupts_per_second", "worst_gap_us", "counted_per_second", "note"}},
-        {"trees", {"name", "core", "budget_us", "period_us", "admitted", "enforced", "shortfall"}}};
+        {"trees", {"name", "core", "budget_us", "period_us", "admitted", "enforced", "shortfall"}},
+        {"chains",
+         {"name", "way", "reaction_bound_us", "reaction_limit_us", "age_bound_us", "age_limit_us",
+          "reactions", "worst_reaction_us", "worst_age_us", "from_first_loop"}}};
     for (const auto& [table, members] : read) {
         for (const std::string& member : members) {
             Json report = json_of_a_printer();
@@ -78,7 +82,7 @@ TEST(CheckedGuarantee, TablesAreFlatAndBounded) {
     report["loops"][0]["new"] = "a later build's";
     report["also_new"] = 7;
     EXPECT_TRUE(passes(report));
-    for (const char* table : {"loops", "cores", "bottom_halves", "delays", "trees"}) {
+    for (const char* table : {"loops", "cores", "bottom_halves", "delays", "trees", "chains"}) {
         Json without = report;
         without.erase(table);
         EXPECT_FALSE(passes(without)) << table;

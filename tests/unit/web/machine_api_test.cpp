@@ -179,7 +179,8 @@ TEST_F(MachineApiTest, TheEmergencyStopIsServedAtOnce) {
 TEST_F(MachineApiTest, TheGuaranteeIsWhatTheSketchPublishedLast) {
     EXPECT_EQ(request("GET /api/v1/guarantee").status, 503);
     nlohmann::json report = nlohmann::json::parse(
-        R"({"board":"linux","loops":[],"cores":[],"bottom_halves":[],"delays":[],"trees":[],"watch_cost_us":null})");
+        R"({"board":"linux","loops":[],"cores":[],"bottom_halves":[],"delays":[],"trees":[],)"
+        R"("chains":[],"watch_cost_us":null})");
     for (const int strange_threads : {0, 3}) {
         report["strange_threads"] = strange_threads;
         publish(report.dump());

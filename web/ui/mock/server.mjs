@@ -54,6 +54,12 @@ function held({ late, factor }) {
     ],
     bottom_halves: [], delays: [],
     trees: [],
+    chains: [
+      { name: 'thermistors to heaters', way: 'thermistors > loop 3 > heaters', reaction_bound_us: 15600, reaction_limit_us: 16000, age_bound_us: 7600, age_limit_us: 8000,
+        reactions: Math.floor(since_us / 8000), worst_reaction_us: late ? 17000 : 8520, worst_age_us: 640, from_first_loop: false },
+      { name: 'emergency byte to pins', way: 'uart > io 35 > loop 2 > heaters and motors', reaction_bound_us: 32400, reaction_limit_us: 40000, age_bound_us: null, age_limit_us: null,
+        reactions: 0, worst_reaction_us: null, worst_age_us: null, from_first_loop: true },
+    ],
     service: {
       name: 'print service', core: 0, budget_us: 10000, period_us: 100000, admitted: true, response_us: 46000, enforced: true, shortfall: '',
       enforced_by: 'cgroup v2', used_us: 812000, lasted_us: 30e6, used_share: 0.024, periods: 290, throttled: 3, throttled_us: 40000,

@@ -219,6 +219,22 @@ export interface LoopGuarantee {
   releases: number | null; overruns: number | null; missed: number | null; worst_late_us: number | null;
 }
 
+/** A chain of loops from an input to an output: what bounds it, and the worst that was seen. */
+export interface ChainGuarantee {
+  name: string;
+  /** "thermistors > loop 3 > heaters" */
+  way: string;
+  /** From a change of the input to the output that answers it; the sketch's own limit, or null. */
+  reaction_bound_us: number; reaction_limit_us: number | null;
+  /** How old the data is on which an output rests; null: it has no age. */
+  age_bound_us: number | null; age_limit_us: number | null;
+  reactions: number;
+  /** Null: nothing came through it yet. */
+  worst_reaction_us: number | null; worst_age_us: number | null;
+  /** Nobody knows when its event came: it is seen from its first loop on. */
+  from_first_loop: boolean;
+}
+
 /** As of the last second. */
 export interface Guarantee {
   board: string;
@@ -230,6 +246,7 @@ export interface Guarantee {
     note: string;
   }[];
   trees?: TreeGuarantee[];
+  chains?: ChainGuarantee[];
   service?: ServiceVcpu | null;
 }
 

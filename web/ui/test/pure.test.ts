@@ -1,5 +1,5 @@
 import { afterEach, describe, expect, it, vi } from 'vitest';
-import { bars, periodsOf, usedShare } from '../src/components/Timing';
+import { bars, chainTimes, chainTitle, periodsOf, usedShare } from '../src/components/Timing';
 import * as format from '../src/format';
 import { activityShares, chunks, cssColour, decodeLayers, MAGIC, segmentsDone } from '../src/layers';
 import { ApiError, keyProblem, sentenceOf, startLive } from '../src/api';
@@ -403,6 +403,18 @@ describe('what is guaranteed', () => {
   it('says nothing of the periods of a loop that does not wait for them', () => {
     expect(periodsOf(loop({ releases: 1 })).text).toBe('–');
     expect(periodsOf(loop({ releases: null, overruns: null, missed: null, worst_late_us: null })).text).toBe('–');
+  });
+  it('holds the worst that was seen of a chain against its bound', () => {
+    expect(chainTimes(8520, 15600)).toEqual({ text: '8.52 ms of 15.6 ms', bad: false });
+    expect(chainTimes(15600, 15600).bad).toBe(false);
+    expect(chainTimes(15601, 15600).bad).toBe(true);
+    expect(chainTimes(null, 15600)).toEqual({ text: '– of 15.6 ms', bad: false });
+    expect(chainTimes(null, null)).toEqual({ text: '–', bad: false });
+  });
+  it('says where a chain is seen from', () => {
+    const chain = { name: 'a', way: '', reaction_bound_us: 40, reaction_limit_us: 40_000, age_bound_us: null, age_limit_us: null, reactions: 7, worst_reaction_us: 1, worst_age_us: null, from_first_loop: true };
+    expect(chainTitle(chain)).toMatch(/asks for 40.0 ms: 7 reactions, seen from its first loop on$/);
+    expect(chainTitle({ ...chain, reaction_limit_us: null, from_first_loop: false })).toMatch(/answers it: 7 reactions$/);
   });
 });
 

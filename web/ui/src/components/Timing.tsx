@@ -4,7 +4,7 @@ import { loadGuarantee } from '../api';
 import * as format from '../format';
 import { useStore, useStoreSlowly } from '../hooks';
 import { lacks } from '../store';
-import type { Guarantee, LoopGuarantee, ServiceVcpu, Timing as TimingData, TreeGuarantee } from '../types';
+import type { ChainGuarantee, Guarantee, LoopGuarantee, ServiceVcpu, Timing as TimingData, TreeGuarantee } from '../types';
 
 /**
  * Steps by their lateness, one bar for each power of two; heights are logarithmic, or nobody would
@@ -123,6 +123,45 @@ function LoopRow({ loop, before, mark }: { loop: LoopGuarantee; before?: LoopGua
   );
 }
 
+/** The worst that was seen of a chain against its bound: "8.52 ms of 15.6 ms". */
+export function chainTimes(worst_us: number | null, bound_us: number | null): { text: string; bad: boolean } {
+  if (bound_us === null) return { text: '–', bad: false };
+  const seen = worst_us === null ? '–' : format.nanoseconds(worst_us * 1000);
+  return { text: `${seen} of ${format.nanoseconds(bound_us * 1000)}`, bad: worst_us !== null && worst_us > bound_us };
+}
+
+/** What a chain's reaction is, for a person who points at it. */
+export function chainTitle(chain: ChainGuarantee): string {
+  const within = chain.reaction_limit_us === null ? '' : `; the sketch asks for ${format.nanoseconds(chain.reaction_limit_us * 1000)}`;
+  const from = chain.from_first_loop ? ', seen from its first loop on' : '';
+  return `From a change of the input to the output that answers it${within}: ${format.count(chain.reactions)} reactions${from}`;
+}
+
+/** From input to output: the worst that was seen, of what admission bounds. */
+function Chains({ chains }: { chains: ChainGuarantee[] }) {
+  if (chains.length === 0) return null;
+  const times = (worst: number | null, bound: number | null, title: string) => {
+    const { text, bad } = chainTimes(worst, bound);
+    return <td class={bad ? 'bad' : ''} title={title}>{text}</td>;
+  };
+  return (
+    <div class="table-wrap" data-testid="chains">
+      <table>
+        <thead><tr><th>Chain</th><th>Reaction</th><th>Age of data</th></tr></thead>
+        <tbody>
+          {chains.map((chain) => (
+            <tr key={chain.name}>
+              <td class="chain" title={chain.way}>{chain.name}<small class="muted">{chain.way}</small></td>
+              {times(chain.worst_reaction_us, chain.reaction_bound_us, chainTitle(chain))}
+              {times(chain.worst_age_us, chain.age_bound_us, 'From when an input was read to when the output that rests on it was written')}
+            </tr>
+          ))}
+        </tbody>
+      </table>
+    </div>
+  );
+}
+
 /** "250 interrupts/s of 375 that are counted, worst gap of a bare spin 21 µs." */
 function coreLine(core: Guarantee['cores'][number]): string {
   const counted = core.counted_per_second === null ? '' : ` of ${core.counted_per_second.toFixed(0)} that are counted`;
@@ -145,6 +184,7 @@ function Held({ guarantee, before }: { guarantee: Guarantee | null; before: Guar
           </tbody>
         </table>
       </div>
+      <Chains chains={guarantee.chains ?? []} />
       <Trees guarantee={guarantee} mark={mark} />
       {guarantee.loops.filter((loop) => loop.escape || loop.shortfall).map((loop) => (
         <p class={loop.escape ? 'bad shortfall' : 'muted shortfall'} key={loop.id}>
