@@ -140,10 +140,11 @@ struct CoreGuarantee {
     double interrupts_per_second = -1;  ///< residual; -1: not measured
     Nanoseconds worst_gap{-1};          ///< worst gap that a bare spin saw; -1: not measured
     double counted_per_second = -1;     ///< interrupts that admission counts; -1: none
-    Nanoseconds counted_cost{};         ///< and how long each is, in the mean
+    Nanoseconds counted_cost{};         ///< how long each is, in the mean
+    double counted_share = 0;           ///< what that is of the core, in the long run
+    Nanoseconds counted_at_once{};      ///< and that much may come beyond it
     /// All interrupts but the alarms of programs; -1: not measured.
     double without_alarms_per_second = -1;
-    Nanoseconds counted_longest{};  ///< and one of them
     bool tick_stopped = false;
     bool throttling_lifted = false;
     FixedString<200> note;

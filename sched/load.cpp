@@ -10,7 +10,10 @@ namespace qduino::sched {
 Nanoseconds PlatformInterferer::interference(Nanoseconds window) const {
     if (cost <= Nanoseconds{0} || window <= Nanoseconds{0}) return Nanoseconds{0};
     QDUINO_EXPECT(interval > Nanoseconds{0} && jitter >= Nanoseconds{0});
-    return div_ceil((window + jitter).count(), interval.count()) * cost;
+    std::int64_t events = div_ceil((window + jitter).count(), interval.count());
+    if (peak_interval > Nanoseconds{0})
+        events = std::min(events, div_ceil((window + peak_jitter).count(), peak_interval.count()));
+    return events * cost;
 }
 
 Nanoseconds PlatformOverheads::interference(Nanoseconds window) const {
@@ -33,6 +36,7 @@ void PlatformOverheads::add(const PlatformInterferer& interferer) {
     bears.cost += interferer.cost;
     bears.interval = std::min(bears.interval, interferer.interval);
     bears.jitter = std::max(bears.jitter, interferer.jitter);
+    bears.peak_interval = bears.peak_jitter = Nanoseconds{0};
 }
 
 PlatformOverheads CoreLoad::all_overheads() const {

@@ -14,18 +14,33 @@ inline constexpr std::size_t kCoreLimit = 64;
 
 /// What takes a core's time above every VCPU: an interrupt thread, the kernel's fair server, top
 /// halves.
+///
+/// Events may come in bursts: few of them in a short window, though several of such windows never
+/// follow each other. One interval and one jitter cannot say both, so there may be a second pair,
+/// and the one holds that allows less (two standard event models together: K. Richter,
+/// "Compositional Scheduling Analysis Using Standard Event Models", TU Braunschweig 2005):
+///
+///   events  │            ╱ ··   ⌈(w + jitter)/interval⌉
+///           │       ╱·── ──── ──
+///           │   ──╱── ─·
+///           │ · ╱              ╱  ⌈(w + peak_jitter)/peak_interval⌉
+///           └───────────────────── window w
 struct PlatformInterferer {
     FixedString<23> name;
     Nanoseconds cost{};      ///< CPU time per event
     Nanoseconds interval{};  ///< least time between two events in the long run; > 0 when cost > 0
     Nanoseconds jitter{};    ///< how much closer than that two events may come
     int source = 0;          ///< tells two of one name and of the same numbers apart
+    // The same for short windows, where it says less; interval 0: nothing.
+    Nanoseconds peak_interval{};
+    Nanoseconds peak_jitter{};
 
     /// Most it can take in a window of length `window`.
     [[nodiscard]] Nanoseconds interference(Nanoseconds window) const;
     [[nodiscard]] bool operator==(const PlatformInterferer& other) const {
         return name.view() == other.name.view() && cost == other.cost && interval == other.interval &&
-               jitter == other.jitter && source == other.source;
+               jitter == other.jitter && source == other.source && peak_interval == other.peak_interval &&
+               peak_jitter == other.peak_jitter;
     }
 };
 

@@ -153,9 +153,10 @@ Finding interrupt_time(const Facts& facts) {
         if (memory.size() == 0) continue;
         const board::linux::Interference known = memory.interference();
         const auto percent = [](std::int64_t ppm) { return Fixed{static_cast<double>(ppm) * 1e-4, 1}; };
-        write(found, found.empty() ? "" : "; ", "core ", core, ": ", percent(known.found.share_ppm),
-              " % of it in ", memory.size(), " looks, counted as ", percent(known.counts.share_ppm), " % in ",
-              human_duration(known.counts.usual), " each");
+        write(found, found.empty() ? "" : "; ", "core ", core, ": ", percent(known.found_ppm), " % of it in ",
+              memory.size(), " looks, counted as ", human_duration(known.counts.at_once()), " at once and ",
+              percent(known.counts.share_ppm), " %");
+        if (known.stalls > 0) write(found, " (", counted(known.stalls, "look"), " had more)");
     }
     return ok(found.empty() ? "not measured since boot: the first sketch of a shared core does" : found);
 }

@@ -103,7 +103,8 @@ Json json_of(const board::CoreGuarantee& core) {
             {"worst_gap_us", measured(core.worst_gap)},
             {"counted_per_second", admitted ? Json(core.counted_per_second) : Json(nullptr)},
             {"counted_us", admitted ? Json(microseconds(core.counted_cost)) : Json(nullptr)},
-            {"counted_longest_us", admitted ? Json(microseconds(core.counted_longest)) : Json(nullptr)},
+            {"counted_share", admitted ? Json(core.counted_share) : Json(nullptr)},
+            {"counted_at_once_us", admitted ? Json(microseconds(core.counted_at_once)) : Json(nullptr)},
             {"tick_stopped", core.tick_stopped},
             {"throttling_lifted", core.throttling_lifted},
             {"note", core.note.view()}};

@@ -47,8 +47,9 @@ std::string core_line(const board::CoreGuarantee& core) {
     if (core.interrupts_per_second >= 0)
         write(out, ' ', Fixed{core.interrupts_per_second, 0}, " interrupts/s,");
     if (core.counted_per_second >= 0)
-        write(out, " interrupts counted as ", Fixed{core.counted_per_second, 0}, "/s of ",
-              human_duration(core.counted_cost), " and one of ", human_duration(core.counted_longest), ',');
+        write(out, " interrupts counted as ", human_duration(core.counted_at_once), " at once and ",
+              Fixed{100 * core.counted_share, 1}, " % (", Fixed{core.counted_per_second, 0}, "/s of ",
+              human_duration(core.counted_cost), "),");
     if (core.worst_gap.count() >= 0)
         write(out, " worst gap of a bare spin ", human_duration(core.worst_gap), ',');
     return write(out, core.tick_stopped ? " no tick," : " tick,",

@@ -106,6 +106,9 @@ std::string overheads_text(const Plan& plan) {
         for (const sched::PlatformInterferer& i : o.interferers) {
             write(out, "    ", i.name, ": ", text_of(i.cost), " every ", text_of(i.interval));
             if (i.jitter > Nanoseconds{0}) write(out, ", up to ", 1 + i.jitter / i.interval, " at once");
+            if (i.peak_interval > Nanoseconds{0})
+                write(out, "; in short windows every ", text_of(i.peak_interval), ", up to ",
+                      1 + i.peak_jitter / i.peak_interval, " at once");
             out += '\n';
         }
     }

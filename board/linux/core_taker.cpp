@@ -129,7 +129,8 @@ const Interference& CoreTaker::interference(int core) {
     if (const char* text = std::getenv("QDUINO_INTERRUPTS")) {
         if (const auto figures = InterferenceMemory::figures_said(text)) {
             said = told.measured = true;
-            told.found = told.counts = *figures;
+            told.found_ppm = figures->share_ppm;
+            told.counts = *figures;
             return told;
         }
         refused = true;
@@ -157,7 +158,7 @@ void CoreTaker::remember_run() {
         const auto look = look_of_run(told, running, now->others - used.interrupts_at_start->others);
         if (!look) continue;
         const auto seconds = static_cast<std::size_t>(running / 1s);
-        memory.add(std::vector(std::min(seconds, InterferenceMemory::kLooks / 5), *look));
+        memory.add_run(*look, std::min(seconds, InterferenceMemory::kRuns / 5));
         static_cast<void>(memory.interference());
         static_cast<void>(memory.write(used.core, config_.sysfs_root));
     }
@@ -283,7 +284,8 @@ void CoreTaker::compare_with_admission(const UsedCore& used, std::optional<Inter
              "docs/qduino.md)");
     report.counted_per_second = told.counted_per_second();
     report.counted_cost = told.each;
-    report.counted_longest = told.counted_once().cost;
+    report.counted_share = static_cast<double>(told.counts.share_ppm) * 1e-6;
+    report.counted_at_once = told.counts.at_once();
     if (report.worst_gap < told.worst) report.worst_gap = told.worst;
     const Nanoseconds running = monotonic_now() - started_at_;
     if (now && used.interrupts_at_start && running > 100ms) {
@@ -292,8 +294,10 @@ void CoreTaker::compare_with_admission(const UsedCore& used, std::optional<Inter
     }
     if (report.without_alarms_per_second > report.counted_per_second)
         join(report.note, "more interrupts came than admission counts: a loop's R may be longer");
-    if (report.worst_gap > report.counted_longest)
-        join(report.note, "a gap was longer than the longest one that admission counts");
+    if (told.stalls > 0)
+        join(report.note, text<std::string>("stalls, which admission does not count, in ", told.stalls,
+                                            " of ", told.looks, " looks of ", kInterferenceLook, ", up to ",
+                                            told.worst, " in one piece: a loop that one hits may be late"));
 }
 
 CoreGuarantee CoreTaker::describe(const UsedCore& used) const {

@@ -409,10 +409,7 @@ sched::PlatformOverheads LinuxBoard::platform_overheads(int core) {
     if (config_.real_time) {
         keep_for_ordinary_tasks(overheads, config_.sysfs_root);
         const Interference& interrupts = cores_.interference(core);
-        if (interrupts.measured) {
-            overheads.add(interrupts.counted());
-            overheads.add(interrupts.counted_once());
-        }
+        if (interrupts.measured) overheads.add(interrupts.counted());
     }
     overheads.below = cores_.neighbours(core).below;
     overheads.priorities =

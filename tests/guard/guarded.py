@@ -104,7 +104,7 @@ def main():
     mark = "%d.%d" % (os.getpid(), time.monotonic_ns())
     environment = dict(os.environ)
     # No test of a function may depend on what else runs here, or on what a host takes.
-    environment.setdefault("QDUINO_INTERRUPTS", "20000 60000 100000 100000")
+    environment.setdefault("QDUINO_INTERRUPTS", "20000 200000 100000 100000")
     environment[MARK] = ":".join(filter(None, (environment.get(MARK), mark)))
     own = os.getpid()
     test = os.fork()

@@ -13,27 +13,15 @@ namespace {
 constexpr Nanoseconds kGap = 1us;
 /// The share of the looks' time above which the core is out of the ordinary.
 constexpr std::int64_t kManyPpm = 100'000;
+/// So many rates above the share's is the peak's: 2.5 times as high.
+constexpr std::size_t kPeakAbove = 2;
+/// Admission counts what is taken in steps of this.
+constexpr Nanoseconds kStep = 10us;
 
-constexpr std::int64_t with_margin(std::int64_t found) { return found + found / 2; }
+constexpr Nanoseconds with_margin(Nanoseconds found) { return found + found / 4; }
 
 std::int64_t ppm_of(Nanoseconds taken, Nanoseconds length) {
     return length > Nanoseconds{0} ? taken.count() * 1'000'000 / length.count() : 0;
-}
-
-/// The value that `tenths` tenths of the values do not exceed; none: zero.
-Nanoseconds quantile(std::vector<Nanoseconds> values, std::size_t tenths) {
-    if (values.empty()) return {};
-    const auto nth = values.begin() +
-                     static_cast<std::ptrdiff_t>(std::min(values.size() - 1, values.size() * tenths / 10));
-    std::nth_element(values.begin(), nth, values.end());
-    return *nth;
-}
-
-std::vector<Nanoseconds> each_of(std::span<const InterferenceLook> looks,
-                                 Nanoseconds InterferenceLook::*member) {
-    std::vector<Nanoseconds> values;
-    for (const InterferenceLook& look : looks) values.push_back(look.*member);
-    return values;
 }
 
 Nanoseconds mean_but_the_worst(std::vector<Nanoseconds> values) {
@@ -45,36 +33,83 @@ Nanoseconds mean_but_the_worst(std::vector<Nanoseconds> values) {
     return sum / static_cast<std::int64_t>(values.size());
 }
 
-/// The length up to which the gaps, shortest first, take nine tenths of their time.
-Nanoseconds usual_of(const std::vector<Nanoseconds>& sorted, Nanoseconds taken) {
-    Nanoseconds sum{};
-    for (const Nanoseconds gap : sorted) {
-        sum += gap;
-        if (sum >= taken * 9 / 10) return gap;
+/// Where a rate stands; the last one where all are below it.
+std::size_t rate_at(std::int64_t ppm) {
+    const auto found = std::ranges::lower_bound(kInterferenceRates, ppm);
+    return std::min(static_cast<std::size_t>(found - kInterferenceRates.begin()),
+                    kInterferenceRates.size() - 1);
+}
+
+/// The burst of one rate, of all looks.
+class Bursts {
+  public:
+    Bursts(std::span<const InterferenceLook> looks, std::size_t rate) {
+        for (const InterferenceLook& look : looks) values_.push_back(look.bursts[rate]);
+        std::ranges::sort(values_);
     }
-    return {};
+    /// Nine in ten looks stayed within it.
+    [[nodiscard]] Nanoseconds found() const { return values_.empty() ? Nanoseconds{0} : values_[ninth()]; }
+    /// What is counted from now on, where `before` was counted.
+    [[nodiscard]] Nanoseconds counted(Nanoseconds before) const {
+        return many_have_more_than(before) || few_have_more_than(before / 2) ? with_margin(found()) : before;
+    }
+
+  private:
+    [[nodiscard]] std::size_t ninth() const { return std::min(values_.size() - 1, values_.size() * 9 / 10); }
+    [[nodiscard]] std::int64_t count_beyond(Nanoseconds limit) const {
+        return values_.end() - std::ranges::upper_bound(values_, limit);
+    }
+    /// A tenth of n looks have more, as a rule, and by chance up to two standard deviations beside
+    /// that, √(0.09·n) each.
+    [[nodiscard]] bool many_have_more_than(Nanoseconds limit) const {
+        const auto n = static_cast<std::int64_t>(values_.size());
+        const std::int64_t more = 10 * count_beyond(limit) - n - 10;  // tenths of a look
+        return more > 0 && more * more > 36 * n;
+    }
+    [[nodiscard]] bool few_have_more_than(Nanoseconds limit) const {
+        const auto n = static_cast<std::int64_t>(values_.size());
+        const std::int64_t less = n - 10 - 10 * count_beyond(limit);
+        return less > 0 && less * less > 36 * n;
+    }
+
+    std::vector<Nanoseconds> values_;
+};
+
+/// A fifth above the mean, at the least, and less than twice it.
+std::int64_t share_to_count(std::int64_t found) {
+    const std::int64_t more = found + found / 5;
+    return std::max(more, kInterferenceRates[rate_at(more)]);
 }
 
-InterferenceLook look_at_gaps(std::vector<Nanoseconds>& gaps) {
-    InterferenceLook seen;
-    if (gaps.empty()) return seen;
-    std::ranges::sort(gaps);
-    for (const Nanoseconds gap : gaps) seen.taken += gap;
-    seen.usual = usual_of(gaps, seen.taken);
-    seen.longest = gaps.size() > 1 ? gaps[gaps.size() - 2] : gaps.back();
-    seen.worst = gaps.back();
-    return seen;
+InterferenceFigures counted_for(std::span<const InterferenceLook> looks, std::int64_t found_ppm,
+                                const InterferenceFigures& before) {
+    if (found_ppm == 0) return {};
+    InterferenceFigures counts = before;
+    const bool stays = before.share_ppm >= found_ppm && before.share_ppm <= 2 * found_ppm;
+    if (!stays) counts.share_ppm = share_to_count(found_ppm);
+    // A rate that none of the list is below has the burst of the last one, which is no less.
+    const std::size_t at = rate_at(counts.share_ppm);
+    const std::size_t peak = std::min(at + kPeakAbove, kInterferenceRates.size() - 1);
+    counts.peak_ppm = std::max(kInterferenceRates[peak], counts.share_ppm);
+    const Bursts bursts{looks, at}, peaks{looks, peak};
+    const bool same = stays && before.peak_ppm == counts.peak_ppm;
+    counts.burst = same ? bursts.counted(before.burst) : with_margin(bursts.found());
+    counts.peak_burst = same ? peaks.counted(before.peak_burst) : with_margin(peaks.found());
+    return counts;
 }
 
-/// `gaps` is room for them.
-InterferenceLook look_once(int core, std::vector<Nanoseconds>& gaps) {
-    gaps.clear();
+/// It is taken as if it had all the bursts of its rates.
+bool is_stall(const InterferenceLook& look, const InterferenceFigures& counts) {
+    return look.bursts[rate_at(counts.share_ppm)] > counts.burst ||
+           (counts.peak_ppm > 0 && look.bursts[rate_at(counts.peak_ppm)] > counts.peak_burst);
+}
+
+InterferenceLook look_once(int core) {
     const auto before = interrupt_counts_of(core);
-    spin_and_look(kInterferenceLook, [&gaps](Nanoseconds between) {
-        if (between > kGap && gaps.size() < gaps.capacity()) gaps.push_back(between);
-    });
+    InterferenceGaps gaps;
+    spin_and_look(kInterferenceLook, [&gaps](Nanoseconds between) { gaps.add(between); });
     const auto after = interrupt_counts_of(core);
-    InterferenceLook seen = look_at_gaps(gaps);
+    InterferenceLook seen = gaps.look();
     if (before && after) {
         seen.ticks = static_cast<std::int64_t>(after->ticks - before->ticks);
         seen.others = static_cast<std::int64_t>(after->others - before->others);
@@ -82,74 +117,76 @@ InterferenceLook look_once(int core, std::vector<Nanoseconds>& gaps) {
     return seen;
 }
 
-std::int64_t kept_or_new(std::int64_t before, std::int64_t found) {
-    return before >= found && before <= 2 * found ? before : with_margin(found);
+/// Time between two events of kStep each that take `ppm` of the core.
+Nanoseconds interval_of(std::int64_t ppm) {
+    return std::max(Nanoseconds{kStep.count() * 1'000'000 / ppm}, kStep);
 }
 
-Nanoseconds kept_or_new(Nanoseconds before, Nanoseconds found) {
-    return Nanoseconds{kept_or_new(before.count(), found.count())};
+/// In which `burst` is taken at that rate, rounded up.
+Nanoseconds jitter_of(Nanoseconds burst, std::int64_t ppm) {
+    return Nanoseconds{burst.count() * 1'000'000 / ppm + 1};
 }
 
 }  // namespace
 
-InterferenceFigures figures_of(std::span<const InterferenceLook> looks) {
-    if (looks.empty()) return {};
-    const auto taken = each_of(looks, &InterferenceLook::taken);
-    const Nanoseconds mean = mean_but_the_worst(taken);
-    return {.share_ppm = ppm_of(mean, kInterferenceLook),
-            .usual = quantile(each_of(looks, &InterferenceLook::usual), 5),
-            .burst = std::max(quantile(taken, 9) - Nanoseconds{with_margin(mean.count())}, Nanoseconds{0}),
-            .longest = quantile(each_of(looks, &InterferenceLook::longest), 9)};
-}
-
-InterferenceFigures counted_for(const InterferenceFigures& found, const InterferenceFigures& before) {
-    return {.share_ppm = kept_or_new(before.share_ppm, found.share_ppm),
-            .usual = kept_or_new(before.usual, found.usual),
-            .burst = kept_or_new(before.burst, found.burst),
-            .longest = kept_or_new(before.longest, found.longest)};
+void InterferenceGaps::add(Nanoseconds between) {
+    if (between <= kGap) {
+        since_gap_ += between;
+        return;
+    }
+    look_.taken += between;
+    look_.worst = std::max(look_.worst, between);
+    const auto gap = static_cast<double>(between.count()), before = static_cast<double>(since_gap_.count());
+    for (std::size_t i = 0; i < held_.size(); ++i) {
+        const double rate = static_cast<double>(kInterferenceRates[i]) * 1e-6;
+        held_[i] = std::max(held_[i] - before * rate, 0.0) + gap * (1 - rate);
+        look_.bursts[i] = std::max(look_.bursts[i], Nanoseconds{static_cast<std::int64_t>(held_[i]) + 1});
+    }
+    since_gap_ = Nanoseconds{0};
 }
 
 sched::PlatformInterferer Interference::counted() const {
     sched::PlatformInterferer all{.name = "interrupts"};
     if (counts.share_ppm == 0) return all;
-    all.cost = counts.usual;
-    const std::int64_t usual = std::max<std::int64_t>(counts.usual.count(), 1);
-    all.interval = std::max(Nanoseconds{usual * 1'000'000 / counts.share_ppm}, all.cost);
-    // Two at once, or the burst.
-    const Nanoseconds burst{counts.burst.count() * 1'000'000 / counts.share_ppm};
-    all.jitter = std::max(all.interval, burst);
+    all.cost = kStep;
+    all.interval = interval_of(counts.share_ppm);
+    all.jitter = jitter_of(counts.burst, counts.share_ppm);
+    if (counts.peak_ppm == 0) return all;
+    all.peak_interval = interval_of(counts.peak_ppm);
+    all.peak_jitter = jitter_of(counts.peak_burst, counts.peak_ppm);
     return all;
-}
-
-sched::PlatformInterferer Interference::counted_once() const {
-    return {.name = "longest interrupt",
-            .cost = counts.longest,
-            .interval = sched::kPeriodMax,
-            .jitter = Nanoseconds{0}};
 }
 
 double Interference::counted_per_second() const {
     return each > Nanoseconds{0} ? static_cast<double>(counts.share_ppm) * 1e-6 / to_seconds(each) : 0;
 }
 
-Interference interference_of(std::span<const InterferenceLook> looks, const InterferenceFigures& before) {
+Interference interference_of(std::span<const InterferenceLook> looks, std::span<const InterferenceLook> runs,
+                             const InterferenceFigures& before) {
     Interference all;
     if (looks.empty()) return all;
     all.measured = true;
-    all.found = figures_of(looks);
-    all.counts = counted_for(all.found, before);
+    all.looks = looks.size();
+    std::vector<Nanoseconds> taken;
     std::int64_t ticks = 0, others = 0;
-    for (const InterferenceLook& look : looks) {
-        ticks += look.ticks;
-        others += look.others;
-        all.worst = std::max(all.worst, look.worst);
+    for (const auto kind : {looks, runs}) {
+        for (const InterferenceLook& look : kind) {
+            taken.push_back(look.taken);
+            ticks += look.ticks;
+            others += look.others;
+            all.worst = std::max(all.worst, look.worst);
+        }
     }
-    const double length = static_cast<double>(looks.size()) * to_seconds(kInterferenceLook);
+    const double length = static_cast<double>(taken.size()) * to_seconds(kInterferenceLook);
+    all.found_ppm = ppm_of(mean_but_the_worst(std::move(taken)), kInterferenceLook);
+    all.counts = counted_for(looks, all.found_ppm, before);
+    all.stalls = static_cast<std::size_t>(std::ranges::count_if(
+        looks, [&](const InterferenceLook& look) { return is_stall(look, all.counts); }));
     all.ticks_per_second = static_cast<double>(ticks) / length;
     all.others_per_second = static_cast<double>(others) / length;
     if (ticks + others > 0) {
-        const double taken = static_cast<double>(all.found.share_ppm) * 1e-6 * length;
-        all.each = from_seconds(taken / static_cast<double>(ticks + others));
+        const double sum = static_cast<double>(all.found_ppm) * 1e-6 * length;
+        all.each = from_seconds(sum / static_cast<double>(ticks + others));
     }
     return all;
 }
@@ -161,12 +198,7 @@ std::optional<InterferenceLook> look_of_run(const Interference& known, Nanosecon
     InterferenceLook seen;
     seen.ticks = static_cast<std::int64_t>(known.ticks_per_second * look);
     seen.others = static_cast<std::int64_t>(static_cast<double>(others) / to_seconds(length) * look);
-    const Nanoseconds taken = (seen.ticks + seen.others) * known.each;
-    seen.taken = std::min(taken, kInterferenceLook);
-    // A run sees how many came, and not how long each was.
-    seen.usual = known.found.usual;
-    seen.longest = known.found.longest;
-    seen.worst = known.found.longest;
+    seen.taken = std::min((seen.ticks + seen.others) * known.each, kInterferenceLook);
     return seen;
 }
 
@@ -174,15 +206,14 @@ std::vector<InterferenceLook> look_for_interference(int core, int priority, int 
     std::vector<InterferenceLook> looks;
     const bool ran = run_apart([&] {
         if (!pin_to_core(core) || !become_real_time(priority)) return;
-        std::vector<Nanoseconds> gaps;
-        gaps.reserve(4096);
         Nanoseconds taken{};
         const auto many = [&] {
             return ppm_of(taken, static_cast<std::int64_t>(looks.size()) * kInterferenceLook) > kManyPpm;
         };
         const auto most = static_cast<std::size_t>(3 * count);
+        looks.reserve(most);
         while (looks.size() < static_cast<std::size_t>(count) || (many() && looks.size() < most)) {
-            looks.push_back(look_once(core, gaps));
+            looks.push_back(look_once(core));
             taken += looks.back().taken;
             block_until(monotonic_now() + kInterferenceLook / 2);
         }

@@ -10,15 +10,34 @@
 //   spin    ▪▪▪▪ ▪▪▪ ▪▪▪▪▪    ▪▪▪ ▪▪▪▪▪▪▪▪▪    ▪▪▪▪▪▪▪     ▪
 //           └─ look, 20 ms ┘  └─ look, 20 ms ┘ └─ … ┘
 //
-//   share     of the core, in the mean; the worst twentieth of the looks left out
-//   usual     nine tenths of the time are taken by gaps no longer than this
-//   burst     what nine in ten looks had, at the most, beyond the share that is counted
-//   longest   nine in ten looks had one longer gap at the most
+// What admission needs is a bound on the time that is taken in a window of any length. A share of
+// the core alone is none: a gap comes whole. So a look keeps, for each of some rates, how far its
+// gaps ever ran ahead of that rate, whatever the window (the burstiness of R. L. Cruz, "A calculus
+// for network delay", IEEE ToIT 1991): the most that a bucket ever held into which gaps pour and
+// which leaks at the rate.
 //
-// Admission counts share and burst as one interferer of the usual length, and the longest once in
-// every busy window.
+//   taken │         ┌─ rate·w      in a window w of this look never more is taken than
+//         │       ┌─┘               burst(rate) + rate·w
+//         │  ┌────┘ ↕ burst
+//         └──┴──────────────── w
+//
+// Admission counts two such pairs, and of both the one that allows less (sched/load.h):
+//
+//   share  the least of the rates that is a fifth above the mean share of all looks, the worst
+//          twentieth left out, with the burst that nine in ten looks stayed within
+//   peak   the same at a rate 2.5 times as high: short windows have less in them
+//
+// and to each burst a quarter more. A look that had more is a **stall**: a fault of this computer
+// that is said by this name, with how many there were, and that no R has in it. One of 0.9 ms that
+// comes once in two seconds would otherwise stand in each period of a loop of 1 ms.
+//
+// The figures that are counted stay, from start to start, until the looks refute them: share, when
+// the mean is above it or below half of it; a burst, when so many looks had more that nine in ten
+// cannot be true of it (by two standard deviations and one look), or so few had half of it.
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -32,61 +51,74 @@ namespace qduino::board::linux {
 /// How long one look spins. Others of the core wait meanwhile.
 inline constexpr Nanoseconds kInterferenceLook = 20ms;
 
+/// Rates in millionths of a core, about three fifths above each other (R5 of ISO 3).
+inline constexpr std::array<std::int64_t, 15> kInterferenceRates{1'000,   1'600,   2'500,   4'000,   6'300,
+                                                                 10'000,  16'000,  25'000,  40'000,  63'000,
+                                                                 100'000, 160'000, 250'000, 400'000, 630'000};
+
 /// What one look saw.
 struct InterferenceLook {
-    Nanoseconds taken{};      ///< by all gaps
-    Nanoseconds usual{};      ///< nine tenths of it were taken by gaps no longer than this
-    Nanoseconds longest{};    ///< but one
-    Nanoseconds worst{};      ///< that one: perhaps a stall of the host
+    Nanoseconds taken{};  ///< by all gaps
+    Nanoseconds worst{};  ///< the longest gap
+    /// By rate; of a run, which sees how many interrupts came and not when, nothing.
+    std::array<Nanoseconds, kInterferenceRates.size()> bursts{};
     std::int64_t ticks = 0;   ///< interrupts of the core's own timer, as the kernel counts them
     std::int64_t others = 0;  ///< all other interrupts
 
     constexpr bool operator==(const InterferenceLook&) const = default;
 };
 
-/// Figures of a core: found by looks, or counted by admission.
-struct InterferenceFigures {
-    std::int64_t share_ppm = 0;  ///< of the core, in millionths
-    Nanoseconds usual{};
-    Nanoseconds burst{};
-    Nanoseconds longest{};
+/// The gaps of one look, in order.
+class InterferenceGaps {
+  public:
+    /// `between` two looks at the clock: a gap where it is longer than any of the spin's own.
+    void add(Nanoseconds between);
+    [[nodiscard]] const InterferenceLook& look() const { return look_; }
 
+  private:
+    InterferenceLook look_;
+    Nanoseconds since_gap_{};
+    std::array<double, kInterferenceRates.size()> held_{};  // ns in each bucket
+};
+
+/// What admission counts of a core: in a window w no more than burst + share·w, and no more than
+/// peak_burst + peak·w.
+struct InterferenceFigures {
+    std::int64_t share_ppm = 0;  ///< of the core, in millionths; 0: nothing is taken
+    Nanoseconds burst{};
+    std::int64_t peak_ppm = 0;  ///< 0: no second pair
+    Nanoseconds peak_burst{};
+
+    /// In the shortest window.
+    [[nodiscard]] Nanoseconds at_once() const { return peak_ppm > 0 ? std::min(burst, peak_burst) : burst; }
     constexpr bool operator==(const InterferenceFigures&) const = default;
 };
 
-/// The figures of `looks`, in any order; zeros without one.
-[[nodiscard]] InterferenceFigures figures_of(std::span<const InterferenceLook> looks);
-
-/// Figures for admission: those that were counted `before`, as long as each is as much as was found
-/// and no more than twice that; else half as much again as was found. So what is counted stays the
-/// same from start to start, until the computer differs.
-[[nodiscard]] InterferenceFigures counted_for(const InterferenceFigures& found,
-                                              const InterferenceFigures& before);
-
 struct Interference {
     bool measured = false;
-    InterferenceFigures found;
+    std::int64_t found_ppm = 0;  ///< of the core, in the mean; the worst twentieth left out
     InterferenceFigures counts;
-    Nanoseconds worst{};           ///< gap of all looks: reported, and not counted
+    Nanoseconds worst{};           ///< gap of all looks
     Nanoseconds each{};            ///< that an interrupt took, in the mean
     double ticks_per_second = 0;   ///< interrupts of the core's own timer while it spun
     double others_per_second = 0;  ///< all other interrupts
+    std::size_t looks = 0;         ///< spins …
+    std::size_t stalls = 0;        ///< … and those that had more than is counted
 
-    /// For admission: what comes again and again.
+    /// For admission, in steps of 10 us.
     [[nodiscard]] sched::PlatformInterferer counted() const;
-    /// And once in every busy window the longest. The worst gap is not counted: one stall of a
-    /// host, which is milliseconds, would refuse every sketch.
-    [[nodiscard]] sched::PlatformInterferer counted_once() const;
     /// How many interrupts of the mean length would take the share that is counted.
     [[nodiscard]] double counted_per_second() const;
 };
 
-/// What `looks` found; `before`: what was counted at the last start.
+/// What `looks` found, and beside them `runs` (look_of_run()); `before`: what was counted at the
+/// last start.
 [[nodiscard]] Interference interference_of(std::span<const InterferenceLook> looks,
+                                           std::span<const InterferenceLook> runs,
                                            const InterferenceFigures& before);
 
-/// What a run of `length` says, in which `others` interrupts came beside those of timers: a look,
-/// if each took as long as those of `known` in the mean. Absent when that is not known.
+/// What a run of `length` says, in which `others` interrupts came beside those of timers, if each
+/// took as long as those of `known` in the mean. Absent when that is not known.
 [[nodiscard]] std::optional<InterferenceLook> look_of_run(const Interference& known, Nanoseconds length,
                                                           std::uint64_t others);
 

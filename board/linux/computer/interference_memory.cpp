@@ -38,10 +38,30 @@ std::optional<std::array<std::int64_t, count>> numbers(std::span<const std::stri
 std::optional<InterferenceFigures> figures(std::span<const std::string_view> line) {
     const auto found = numbers<4>(line, kMost.count());
     if (!found) return std::nullopt;
-    const auto [share, usual, burst, longest] = *found;
-    return InterferenceFigures{std::min<std::int64_t>(share, 2'000'000), Nanoseconds{usual},
-                               Nanoseconds{burst}, Nanoseconds{longest}};
+    const auto [share, burst, peak, peak_burst] = *found;
+    constexpr std::int64_t kMostPpm = 2'000'000;
+    return InterferenceFigures{std::min(share, kMostPpm), Nanoseconds{burst}, std::min(peak, kMostPpm),
+                               Nanoseconds{peak_burst}};
 }
+
+std::optional<InterferenceLook> look(std::span<const std::string_view> line) {
+    constexpr std::size_t kBefore = 4, kRates = kInterferenceRates.size();
+    const auto found = numbers<kBefore + kRates>(line, kMost.count());
+    if (!found) return std::nullopt;
+    InterferenceLook look{.taken = Nanoseconds{(*found)[0]},
+                          .worst = Nanoseconds{(*found)[1]},
+                          .ticks = (*found)[2],
+                          .others = (*found)[3]};
+    for (std::size_t i = 0; i < kRates; ++i) look.bursts[i] = Nanoseconds{(*found)[kBefore + i]};
+    return look;
+}
+
+void keep_newest(std::vector<InterferenceLook>& looks, std::size_t most) {
+    if (looks.size() > most) looks.erase(looks.begin(), looks.end() - static_cast<std::ptrdiff_t>(most));
+}
+
+/// The host may have stalled in the middle: nothing is longer than what is read back.
+std::int64_t at_most(Nanoseconds duration) { return std::min(duration, kMost).count(); }
 
 }  // namespace
 
@@ -56,19 +76,17 @@ InterferenceMemory InterferenceMemory::read(int core, const std::string& root) {
 
 InterferenceMemory InterferenceMemory::parse(std::string_view text) {
     InterferenceMemory memory;
-    std::vector<InterferenceLook> looks;
     while (!text.empty()) {
         const auto line = words(cut(text, '\n'));
         if (line.empty()) continue;
         const auto rest = std::span{line}.subspan(1);
-        if (const auto counted = figures(rest); counted && line[0] == "counted") memory.counted_ = *counted;
-        if (const auto look = numbers<6>(rest, kMost.count()); look && line[0] == "look") {
-            const auto [taken, usual, longest, worst, ticks, others] = *look;
-            looks.push_back({Nanoseconds{taken}, Nanoseconds{usual}, Nanoseconds{longest}, Nanoseconds{worst},
-                             ticks, others});
-        }
+        if (const auto counts = figures(rest); counts && line[0] == "counts") memory.counted_ = *counts;
+        if (const auto seen = look(rest); seen && line[0] == "look") memory.add({*seen});
+        if (const auto seen = numbers<3>(rest, kMost.count()); seen && line[0] == "run")
+            memory.add_run(
+                {.taken = Nanoseconds{(*seen)[0]}, .worst = {}, .ticks = (*seen)[1], .others = (*seen)[2]},
+                1);
     }
-    memory.add(looks);
     return memory;
 }
 
@@ -78,27 +96,31 @@ std::optional<InterferenceFigures> InterferenceMemory::figures_said(std::string_
 
 void InterferenceMemory::add(const std::vector<InterferenceLook>& looks) {
     looks_.insert(looks_.end(), looks.begin(), looks.end());
-    if (looks_.size() > kLooks)
-        looks_.erase(looks_.begin(), looks_.end() - static_cast<std::ptrdiff_t>(kLooks));
+    keep_newest(looks_, kLooks);
+}
+
+void InterferenceMemory::add_run(const InterferenceLook& look, std::size_t count) {
+    runs_.insert(runs_.end(), count, look);
+    keep_newest(runs_, kRuns);
 }
 
 Interference InterferenceMemory::interference() {
-    const Interference known = interference_of(looks_, counted_);
+    const Interference known = interference_of(looks_, runs_, counted_);
     counted_ = known.counts;
     return known;
 }
 
 std::string InterferenceMemory::text() const {
-    auto out = qduino::text<std::string>("counted ", counted_.share_ppm, ' ', counted_.usual.count(), ' ',
-                                         counted_.burst.count(), ' ', counted_.longest.count(), '\n');
-    for (InterferenceLook look : looks_) {
-        look.worst = std::min(look.worst, kMost);  // the host may have stalled in the middle
-        look.longest = std::min(look.longest, kMost);
-        look.usual = std::min(look.usual, kMost);
-        look.taken = std::min(look.taken, kMost);
-        qduino::write(out, "look ", look.taken.count(), ' ', look.usual.count(), ' ', look.longest.count(),
-                      ' ', look.worst.count(), ' ', look.ticks, ' ', look.others, '\n');
+    auto out = qduino::text<std::string>("counts ", counted_.share_ppm, ' ', at_most(counted_.burst), ' ',
+                                         counted_.peak_ppm, ' ', at_most(counted_.peak_burst), '\n');
+    for (const InterferenceLook& look : looks_) {
+        qduino::write(out, "look ", at_most(look.taken), ' ', at_most(look.worst), ' ', look.ticks, ' ',
+                      look.others);
+        for (const Nanoseconds burst : look.bursts) qduino::write(out, ' ', at_most(burst));
+        out += '\n';
     }
+    for (const InterferenceLook& run : runs_)
+        qduino::write(out, "run ", at_most(run.taken), ' ', run.ticks, ' ', run.others, '\n');
     return out;
 }
 

@@ -221,6 +221,27 @@ TEST(Admission, NoInterruptIsLeftOutOfAFullTable) {
     EXPECT_LT(full.interferers.size(), full.interferers.kCapacity) << "the kernel's own has a place";
 }
 
+/// In a short window the one pair allows less, in a long one the other.
+TEST(Admission, OfTwoPairsTheOneThatAllowsLessHolds) {
+    PlatformInterferer bursts{"interrupts", 10us, 1ms, 20ms};
+    bursts.peak_interval = 100us;
+    bursts.peak_jitter = 1ms;
+    EXPECT_EQ(bursts.interference(1us), 110us) << "11 of them, and not 21";
+    EXPECT_EQ(bursts.interference(1ms), 200us);
+    EXPECT_EQ(bursts.interference(10ms), 300us) << "30, and not 110";
+    CoreLoad load = load_of({loop_of(1, 200us, 1ms), loop_of(2, 600us, 2ms)});
+    load.overheads.add({"interrupts", 45us, 1ms, 20ms});
+    load.overheads.interferers.back().peak_interval = 200us;
+    load.overheads.interferers.back().peak_jitter = 100us;
+    EXPECT_TRUE(admit(load).admitted);
+    load.overheads.interferers.back().peak_interval = Nanoseconds{0};
+    EXPECT_FALSE(admit(load).admitted);
+    // What bears others as well in a full table is no longer known so well.
+    PlatformOverheads full;
+    for (int i = 0; i < 20; ++i) full.add(bursts);
+    EXPECT_EQ(full.interference(1ms), 7 * 200us - 200us + 14 * 210us);
+}
+
 TEST(Admission, TheFairServerRulesOutShortPeriods) {
     CoreLoad load = load_of({loop_of(3, 1ms, 8ms)});
     EXPECT_TRUE(admit(load).admitted);
