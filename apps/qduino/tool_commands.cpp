@@ -27,10 +27,14 @@ Words compile_flags(const Sdk& sdk, bool long_32) {
     return words;
 }
 
+/// Runs a tool of ours. To look for modules that somebody installed takes Python as long as to read
+/// a small sketch: -S leaves that out, and -E what the environment says about it.
+Words python_tool(const Sdk& sdk, const fs::path& tool) { return {sdk.python, "-E", "-S", tool.string()}; }
+
 /// What stands before a compiler, so that it understands a sketch as an Arduino's does: `long` has
 /// 32 bits. Our own headers and libraries are compiled already.
 Words as_arduino(const Sdk& sdk, bool long_32) {
-    Words words{sdk.python, sdk.as_arduino.string()};
+    Words words = python_tool(sdk, sdk.as_arduino);
     if (!long_32) append(words, {"--long", "64"});
     for (const std::string& folder : sdk.include) append(words, {"--keep", folder});
     append(words, {"--main", "refused", "--"});
@@ -106,7 +110,7 @@ ToolCommands tool_commands(const Sdk& sdk, const fs::path& folder, const BuildEn
 }
 
 Words join_command(const Sdk& sdk, const Sketch& sketch, const fs::path& output) {
-    Words command{sdk.python, sdk.ino_to_cpp.string()};
+    Words command = python_tool(sdk, sdk.ino_to_cpp);
     for (const fs::path& tab : sketch.tabs) command.push_back(tab.string());
     append(command, {"-o", output.string()});
     return command;

@@ -28,17 +28,18 @@ A name of the sketch's that the board or the C library has, too, gets another (o
 A loop that only waits, `while (!flag);`, gets an empty assembler statement, which makes no instruction. Without it the compiler may leave
 such a loop out, or make one of two; and the line of `while (true);` would be lost, which the simulator names when a sketch spins there.
 
-A --prepared folder has headers that the compiler has read before (Arduino.h.gch, of g++). Then a pragma stands in the text for all that such
-a header says, and the compiler loads what it knew behind it. A source that says something else first does not get it (GCC's manual, "Using
-Precompiled Headers").
+A --prepared folder has an Arduino.h that the compiler has read before (Arduino.h.gch, of g++). Then a pragma stands in the text for all
+that the header says, and the compiler loads what it knew behind it. g++ takes it only as the first header that a source's own file names
+(libcpp/files.cc, pch_open_file). A library's source begins with a header of its own, which leads to Arduino.h. So it is read with Arduino.h
+before all (-include). That changes nothing if the source comes to Arduino.h itself, and has said nothing by then: no declaration, no macro
+that Arduino.h knows. A source of another kind is read again, as it stands. -M, by which libraries are found, is done in the same way.
 """
-import json
 import os
 import pathlib
 import re
 import subprocess
 import sys
-from dataclasses import dataclass, field
+from collections import namedtuple
 
 from ino_to_cpp import TOKEN
 from own_names import places_of_own_names
@@ -55,6 +56,10 @@ LONG_MAX_64, LONG_MAX_32 = '0x7fffffffffffffff', '0x7fffffff'
 FORMATTED = re.compile(r'printf|scanf')
 LONG_FORMAT = re.compile(r'(%[-+ #0\']*(?:\*|\d+)?(?:\.(?:\*|\d*))?)l(?=[diouxXn])')
 PREPARED = '#pragma GCC pch_preprocess '
+DEFINITION = re.compile(r'#(define|undef)\s+(\w+)')
+# Arduino.h has each of them where nobody else has, and uses none of them itself: a library's own
+# reader stays, whichever comes first.
+READERS_OF_FLASH = re.compile(r'pgm_read_\w+')
 # Names of the system for a `long` of its own: what they become, of the same length, and what that
 # is.
 SYSTEM_LONG = {'ulong': ('ul0ng', 'unsigned int'), 'u_long': ('u_l0ng', 'unsigned int')}
@@ -90,10 +95,11 @@ struct qduino_other_long {
 '''
 
 
-@dataclass
 class Run:
     """Neighbouring specifiers with one `long` among them: where each word is."""
-    words: list = field(default_factory=list)
+
+    def __init__(self):
+        self.words = []
 
     def names(self):
         return [word for _, word in self.words]
@@ -102,12 +108,8 @@ class Run:
         return self.words[0][0]
 
 
-@dataclass
-class Place:
-    file: str
-    line: int
-    ours: bool  # of the sketch or a library of it
-    start: int  # offset of the line's first character
+# ours: of the sketch or a library of it; start: the offset of the line's first character.
+Place = namedtuple('Place', 'file line ours start')
 
 
 def split_lines(text, kept, own):
@@ -340,6 +342,7 @@ def declarations_of_system_long(code, cpp):
 
 def diagnostics(command):
     """The compiler's messages as it gives them to programs; none where it cannot."""
+    import json  # seldom needed
     done = subprocess.run([*command, '-fdiagnostics-format=json'], capture_output=True, text=True, check=False)
     try:
         return json.loads(done.stderr.splitlines()[0]) if done.stderr else []
@@ -396,23 +399,92 @@ def compile_text(text, unit, compiling):
     return done.returncode
 
 
+def words_of(folder):
+    """All words in the files that Arduino.h is made of, each between two newlines; they are kept beside it."""
+    header, kept = (os.path.join(folder, 'Arduino.h' + ending) for ending in ('.gch', '.words'))
+    if os.path.exists(kept) and os.path.getmtime(kept) >= os.path.getmtime(header):
+        return pathlib.Path(kept).read_text(encoding='utf-8')
+    read = pathlib.Path(folder, 'Arduino.h.d').read_text(encoding='utf-8').partition(':')[2].replace('\\\n', ' ').split()
+    words = set()
+    for file in read:
+        words.update(re.findall(r'[A-Za-z_]\w*', pathlib.Path(file).read_text(encoding='utf-8', errors='replace')))
+    text = '\n'.join(['', *sorted(words), ''])
+    try:
+        own = pathlib.Path(f'{kept}.{os.getpid()}')
+        own.write_text(text, encoding='utf-8')
+        own.replace(kept)
+    except OSError:  # as a user who may only read it
+        pass
+    return text
+
+
+def may_stand_first(text, folder, is_own):
+    """True when what a source says before it comes to Arduino.h means the same behind it. `text` is what has become of it with the header
+    of `folder` before all, and with its definitions of macros."""
+    own = False
+    for line in text.partition(PREPARED)[2].split('\n')[1:]:
+        marker = LINE_MARKER.match(line) if line.startswith('#') else None
+        if marker and marker[2] == f'{folder}/Arduino.h' and '1' in marker[3].split():
+            return True
+        if marker:
+            own = is_own(marker[2], '3' in marker[3].split())
+        elif own and line.strip():
+            definition = DEFINITION.match(line)
+            if not definition or definition[1] == 'undef':
+                return False
+            if not READERS_OF_FLASH.fullmatch(definition[2]) and f'\n{definition[2]}\n' in words_of(folder):
+                return False
+    return False
+
+
+def preprocess(command, unit, folder, is_own):
+    """Writes what becomes of the source in `command` into `unit`, by Arduino.h of the prepared folder where one is named. The exit status."""
+    if folder:
+        command = [*command, '-I', folder, '-fpch-preprocess']
+    if folder and os.path.exists(os.path.join(folder, 'Arduino.h.gch')):
+        first = ['-include', os.path.join(folder, 'Arduino.h'), '-dD', '-E', '-o', str(unit)]
+        done = subprocess.run([*command, *first], capture_output=True, check=False)
+        if done.returncode == 0:
+            text = unit.read_text(encoding='utf-8', errors='surrogateescape')
+            if may_stand_first(text, folder, is_own):
+                text = re.sub(r'(?m)^#(?:define|undef)\b.*', '', text)
+                unit.write_text(text, encoding='utf-8', errors='surrogateescape')
+                sys.stderr.buffer.write(done.stderr)
+                return 0
+    return subprocess.run([*command, '-E', '-o', str(unit)], check=False).returncode
+
+
+def find_headers(command, folder, is_own):
+    """-M: which headers a source reads. Writes them into the file that -MF names. The exit status."""
+    unit = pathlib.Path(command[command.index('-MF') + 1] + '.ii')
+    status = preprocess(['-MD' if word == '-M' else word for word in command], unit, folder, is_own)
+    unit.unlink(missing_ok=True)
+    return status
+
+
 def main():
     split = sys.argv.index('--')
     options, command = list(zip(sys.argv[1:split:2], sys.argv[2:split:2])), sys.argv[split + 1:]
     kept = [os.path.join(value, '') for name, value in options if name == '--keep']
-    if '-c' not in command or '-o' not in command or 'assembler-with-cpp' in command:
-        os.execvp(command[0], command)
     own = [os.path.join(value, '') for flag, value in zip(command, command[1:]) if flag == '-isystem']
     own = [folder for folder in own if folder not in kept]
+    prepared = next((value for name, value in options if name == '--prepared'), '')
+
+    def is_own(file, system):
+        return is_ours(file, system, kept, own)
+    if prepared and '-M' in command and '-MF' in command:
+        return find_headers(command, prepared, is_own)
+    if '-c' not in command or '-o' not in command or 'assembler-with-cpp' in command:
+        os.execvp(command[0], command)
     source = pathlib.Path(command[command.index('-c') + 1])
     output = command[command.index('-o') + 1]
     unit = pathlib.Path(output + ('.i' if source.suffix == '.c' else '.ii'))
     bare = without(without(command, '-c', 1), '-o', 1)
-    for folder in (value for name, value in options if name == '--prepared' and source.suffix != '.c'):
-        bare += ['-I', folder, '-fpch-preprocess']
-    preprocessed = subprocess.run([*bare, '-E', str(source), '-o', str(unit)], check=False)
-    if preprocessed.returncode != 0:
-        return preprocessed.returncode
+    status = preprocess([*bare, str(source)], unit, prepared if source.suffix != '.c' else '', is_own)
+    if status != 0:
+        return status
+    if prepared and source.suffix != '.c':
+        bare += ['-I', prepared, '-fpch-preprocess']
     long_bits = 64 if ('--long', '64') in options else 32
     text = Text(unit.read_text(encoding='utf-8', errors='surrogateescape'), kept, long_bits, own)
     if ('--main', 'refused') in options and main_of(text):

@@ -17,11 +17,10 @@ stands in a namespace, class or extern "C" block. `void loop(id, budget, period 
 gets none. A function within #if … #endif gets its prototype within the same condition; where two branches have two heads for one
 body, each head has its own.
 """
-import argparse
 import pathlib
 import re
 import sys
-from dataclasses import dataclass, field
+from collections import namedtuple
 
 # Comments are blanked; the ends of strings are kept so that `extern "C"` can be told from `extern`.
 TOKEN = re.compile(
@@ -44,27 +43,22 @@ WORDS_OF_TYPES = QUALIFIERS | {'void', 'bool', 'char', 'short', 'int', 'long', '
 PREFIX_WITH_PARENTHESES = {'decltype', 'alignas', '__attribute__', '__declspec', 'explicit', 'noexcept'}
 
 
-@dataclass
-class Function:
-    name: str
-    prototype: str        # '' when it gets none
-    start: int            # offset in the joined text of the statement's first character
-    conditions: list      # the open #if groups, each a list of its directives so far
-    parameters: tuple     # their types, without blanks
+# Not dataclasses here, and in the files that include this one: to import these takes as long as to
+# read a small sketch.
+
+# prototype: '' when it gets none; start: the offset in the joined text of the statement's first
+# character; conditions: the open #if groups, each a list of its directives so far; parameters: a
+# tuple of their types, without blanks.
+Function = namedtuple('Function', 'name prototype start conditions parameters')
+Tab = namedtuple('Tab', 'path text')
 
 
-@dataclass
-class Tab:
-    path: pathlib.Path
-    text: str
-
-
-@dataclass
 class Scan:
-    functions: list = field(default_factory=list)
-    declared: set = field(default_factory=set)  # (name, parameters) that have a prototype in the sketch
-    types: dict = field(default_factory=dict)   # names of types at top level: the offset behind the declaration
-    defaults: list = field(default_factory=list)  # (start, end) of those of templates, which their prototypes have
+    def __init__(self):
+        self.functions = []
+        self.declared = set()  # (name, parameters) that have a prototype in the sketch
+        self.types = {}        # names of types at top level: the offset behind the declaration
+        self.defaults = []     # (start, end) of those of templates, which their prototypes have
 
 
 def blank(match):
@@ -218,24 +212,26 @@ def cut_at_top(text, separator):
     return parts
 
 
-@dataclass
 class Head:
     """What stands of a statement so far, on one way through the #if groups in it."""
-    offsets: list = field(default_factory=list)  # of its characters, directives left out
-    start: int = None
-    conditions: list = None  # None: those that are open where it ends
+
+    def __init__(self, offsets=(), start=None, conditions=None):
+        self.offsets = list(offsets)  # of its characters, directives left out
+        self.start = start
+        self.conditions = conditions  # None: those that are open where it ends
 
     def copy(self):
-        return Head(list(self.offsets), self.start, self.conditions)
+        return Head(self.offsets, self.start, self.conditions)
 
 
-@dataclass
 class Group:
     """An #if that is open: the state before it, and the states behind its branches."""
-    heads: list
-    depth: int
-    branches: list = field(default_factory=list)  # (heads, depth, directives so far)
-    has_else: bool = False
+
+    def __init__(self, heads, depth):
+        self.heads = heads
+        self.depth = depth
+        self.branches = []  # (heads, depth, directives so far)
+        self.has_else = False
 
 
 class Scanner:
@@ -493,6 +489,7 @@ def tabs_of(paths):
 
 
 def main():
+    import argparse  # here alone: as_arduino.py imports this file for each source
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument('sketch', nargs='+', help='the sketch folder, or its .ino files in order')
     parser.add_argument('-o', '--output', help='the .cpp to write (default: standard output)')

@@ -14,7 +14,6 @@ what a compiler says.
 A function is in the way when a sketch for an AVR cannot mean another: the C library there has none of that name, or one that takes the same.
 """
 import re
-from dataclasses import dataclass, field
 
 from ino_to_cpp import IDENTIFIER, cut_at_top, function_of, parameter_list
 
@@ -84,19 +83,20 @@ NAMESPACE_HEAD = re.compile(rf'\bnamespace\b\s*((?:{IDENTIFIER}(?:\s*::\s*)?)*)\
 OF_A_CLASS = re.compile(rf'({IDENTIFIER})\s*(?:<[^;{{}}()]*>)?\s*::\s*(?:~?\s*{IDENTIFIER}|operator[^(]*)\s*\(')
 
 
-@dataclass
 class Scope:
     """What a brace encloses, and the statement before it. `names`: what it declares, in a class or namespace."""
-    kind: str            # 'space', 'class', 'code', or 'value': an initialiser
-    start: int           # of the statement
-    end: int = 0
-    name: str = ''       # of the class or namespace; of the class that the function is of
-    bases: tuple = ()
-    names: set = field(default_factory=set)
-    functions: list = field(default_factory=list)  # (name, (least, most arguments), parameters)
-    parts: list = field(default_factory=list)  # of its statement that has not ended, without what is in braces
-    begin: int = 0       # of that statement
-    words: bool = False  # of an enumeration
+
+    def __init__(self, kind, start, end=0, begin=0):
+        self.kind = kind       # 'space', 'class', 'code', or 'value': an initialiser
+        self.start = start     # of the statement
+        self.end = end
+        self.name = ''         # of the class or namespace; of the class that the function is of
+        self.bases = ()
+        self.names = set()
+        self.functions = []    # (name, (least, most arguments), parameters)
+        self.parts = []        # of its statement that has not ended, without what is in braces
+        self.begin = begin     # of that statement
+        self.words = False     # of an enumeration
 
 
 def squeezed(text):

@@ -85,6 +85,66 @@ class Compiled(unittest.TestCase):
         text = text.replace('#define BEFORE', 'int before;').replace('<kept.h>', '"kept.h"')
         self.assertEqual(self.output('unprepared.cpp', text, prepared=[prepared]), '2 4 4 3')
 
+    def prepared_arduino(self):
+        """A folder with Arduino.h as PreparedHeaders makes it. version() is 1 in what the compiler has read, and 2 in the header by now."""
+        kept, prepared = self.folder / 'kept', self.folder / 'prepared'
+        kept.mkdir()
+        prepared.mkdir()
+        header = kept / 'Arduino.h'
+        header.write_text('#ifndef ARDUINO_H\n#define ARDUINO_H\n#include <cstdio>\ninline int version() { return 1; }\n#ifndef KNOWN\n#define KNOWN 4\n#endif\n'
+                          '#ifndef pgm_read_byte\ninline int pgm_read_byte(const void*) { return 5; }\n#endif\n#endif\n')
+        (prepared / 'Arduino.h').write_text('#include_next <Arduino.h>\n')
+        made = prepared / 'Arduino.h.gch'
+        subprocess.run([CXX, '-std=gnu++20', '-fpermissive', '-Wall', '-isystem', kept, '-w', '-MD', '-MF', prepared / 'Arduino.h.d', '-x',
+                        'c++-header', '-c', prepared / 'Arduino.h', '-o', made], check=True)
+        header.write_text(header.read_text().replace('return 1', 'return 2'))
+        return ['-isystem', kept], prepared
+
+    def test_a_library_gets_the_prepared_header_behind_its_own(self):
+        flags, prepared = self.prepared_arduino()
+        library = self.folder / 'library'
+        library.mkdir()
+        (library / 'next.h').write_text('#pragma once\n#include <cstring>\n#include "Arduino.h"\nstruct Next { int value = version(); };\n')
+        program = 'int main() { std::printf("%d", Next().value); }\n'
+
+        def said(before, program=program):
+            (library / 'library.h').write_text(f'#ifndef LIBRARY_H\n#define LIBRARY_H\n{before}\n#include "next.h"\n#endif\n')
+            self.compile('library.cpp', '// A library.\n#include "library.h"\n' + program, *flags, '-isystem', library, prepared=[prepared])
+            subprocess.run([CXX, self.folder / 'library.cpp.o', '-o', self.folder / 'program'], check=True)
+            return subprocess.run([self.folder / 'program'], capture_output=True, text=True, check=True).stdout
+        self.assertEqual(said(''), '1')
+        self.assertEqual(said('#define OWN_OF_LIBRARY 7\n/* it says nothing */'), '1')
+        for before in ('int before;', 'extern "C" {}', '#define version version_of_library', '#undef SOMETHING', '#pragma pack(1)'):
+            self.assertEqual(said(before), '2', before)
+        known = 'int main() { std::printf("%d", KNOWN); }\n'
+        self.assertEqual(said('#define KNOWN 3', known), '3')
+        own_reader = 'int main() { std::printf("%d %d", pgm_read_byte(nullptr), version()); }\n'
+        self.assertEqual(said('', own_reader), '5 1')
+        self.assertEqual(said('#define pgm_read_byte(address) 6', own_reader), '6 1')
+
+    def test_a_source_without_arduino_h_does_not_get_it(self):
+        flags, prepared = self.prepared_arduino()
+        self.assertEqual(self.compile('plain.cpp', '#include <cstdio>\nint version() { return 3; }\n#ifdef KNOWN\n#error it is there\n#endif\n',
+                                      *flags, prepared=[prepared]), '')
+
+    def test_libraries_are_found_by_the_prepared_header(self):
+        flags, prepared = self.prepared_arduino()
+        library = self.folder / 'library'
+        library.mkdir()
+        (library / 'first.h').write_text('#include "Arduino.h"\n#include <second.h>\n')
+        (self.folder / 'a.cpp').write_text('#include <first.h>\n')
+        found = self.folder / 'a.d'
+        command = [sys.executable, '-B', TOOL, '--keep', self.folder / 'kept', '--prepared', prepared, '--', 'env', 'LC_ALL=C', CXX,
+                   '-std=gnu++20', '-fpermissive', '-Wall', *flags, '-M', '-MF', found, '-MQ', 'it', self.folder / 'a.cpp', '-isystem', library]
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
+        self.assertEqual(done.returncode, 1)
+        self.assertIn('fatal error: second.h: No such file', done.stderr)
+        (library / 'second.h').write_text('')
+        self.assertEqual(subprocess.run(command, check=False).returncode, 0)
+        self.assertIn('second.h', found.read_text())
+        self.assertNotIn('cstdio', found.read_text())  # which the compiler has read before
+        self.assertEqual(sorted(path.name for path in self.folder.iterdir() if path.is_file()), ['a.cpp', 'a.d'])
+
     def test_the_systems_headers_keep_theirs(self):
         self.compile('system.cpp', '#include <cstdint>\n#include <ctime>\n#include <cstdlib>\n'
                      'static_assert(sizeof(int64_t) == 8 && sizeof(size_t) == 8 && sizeof(time_t) == 8 && sizeof(clock()) == 8 && '
