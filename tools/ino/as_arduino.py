@@ -23,6 +23,9 @@ What changes for `long`, in its own columns so that the compiler's messages poin
 Where a class has both f(int) and f(long), two functions would become one. The compiler says so; that declaration then takes a type of its
 own in the place of `long` (OTHER_LONG), and no call chooses it over the other.
 
+What is as wide as a pointer (sizeof, strlen()) is an `unsigned int` on an AVR, and a `long` of the system here. A call that cannot choose
+between f(int) and f(unsigned int) for it, or between two meanings of a template's T, is named by the compiler; there it gets the AVR's type.
+
 A name of the sketch's that the board or the C library has, too, gets another (own_names.py).
 
 A loop that only waits, `while (!flag);`, gets an empty assembler statement, which makes no instruction. Without it the compiler may leave
@@ -41,7 +44,7 @@ import subprocess
 import sys
 from collections import namedtuple
 
-from ino_to_cpp import TOKEN
+from ino_to_cpp import TOKEN, cut_at_top, matching_parenthesis
 from own_names import places_of_own_names
 
 LINE_MARKER = re.compile(r'#\s+(\d+)\s+"((?:[^"\\]|\\.)*)"((?:\s+\d)*)\s*$')
@@ -85,6 +88,18 @@ SYSTEM_LONG_FUNCTION = re.compile(r'\b(?:' + '|'.join(SYSTEM_LONG_FUNCTIONS) + r
 FORMATS_HEADER = 'arduino/core/formats.h'
 FORMATS = re.compile(r'\bv?(?:s|sn|f)?printf\b|\bv?[sf]?scanf\b')
 TWICE = re.compile(r'cannot be overloaded with|redefinition of')
+# A call whose arguments have a `long` of the system's.
+UNDECIDED = re.compile(r"(?:call of overloaded|no matching function for call to) .*?\((?P<types>[^()]*)\)\W*(?:is ambiguous)?$")
+LONG_OF_SYSTEM = re.compile(r'(?:const )?(?:long (?:unsigned )?int|(?:\w+::)*(?:s?size_t|ptrdiff_t|u?intptr_t|size_type))&*')
+NARROWER = '''constexpr unsigned int qduino_narrow(unsigned long value) { return static_cast<unsigned int>(value); }
+constexpr int qduino_narrow(long value) { return static_cast<int>(value); }
+'''
+# All the compiler says of a format for a `long` that is given an `int`. Where the format stands in
+# the call, it is changed; where it has a name, the board's printf() reads what the sketch means.
+FORMAT_OF_A_LONG = re.compile(rb'warning: [^\n]*%[^ ]*l[dioux][^\n]*\blong (?:unsigned )?int\b[^\n]*[^\w ](?:unsigned )?int ?\*?[^\w ][^\n]*-Wformat=')
+# "a.ino: In function 'void f()':", "In file included from a.h:1,"
+BEFORE_A_WARNING = re.compile(rb'\S.*:(?:\d+[,:])?\s*$|In file included| +from ')
+COLOUR = re.compile(rb'\033\[[^@-~]*[@-~]')
 ROUNDS = 8  # of asking the compiler which declarations have become the same
 OTHER_LONG = '''template <typename T>
 struct qduino_other_long {
@@ -185,6 +200,7 @@ class Text:
         self.long_32 = long_bits == 32
         self.runs = list(self.find_runs()) if self.long_32 else []
         self.apart = set()  # the starts of runs that take a type of their own
+        self.narrow = set()  # (begin, end) of arguments that get the type that they have on an AVR
 
     def find_stretches(self):
         """(begin, end) of what is the sketch's: the rest is most of the text, and is not looked at."""
@@ -228,6 +244,7 @@ class Text:
         edits = [edit for run in self.runs for edit in self.edits_of_run(run)]
         edits += self.edits_of_literals() + self.edits_of_system_long() if self.long_32 else []
         edits += self.edits_of_waits()
+        edits += [edit for begin, end in self.narrow for edit in ((begin, begin, 'qduino_narrow('), (end, end, ')'))]
         edits += [(place, place, '_of_sketch') for place in places_of_own_names(self.code)]
         out, at = [], 0
         for start, end, text in sorted(edits):
@@ -311,6 +328,31 @@ class Text:
         return False
 
 
+    def narrow_arguments(self, file, line, column, indexes):
+        """The arguments with these indexes, of the call that one of its parentheses here belongs to, are narrowed. False: there are none."""
+        found = set()
+        for place in self.places:
+            begin = place.start + column - 1
+            if place.line != line or place.file != file or not place.ours or self.code[begin:begin + 1] not in ('(', ')'):
+                continue
+            if self.code[begin] == ')':
+                begin = matching_parenthesis(self.code, begin)
+            at, index, depth = begin + 1, 0, 0
+            for i in range(begin, len(self.code) if begin >= 0 else 0):
+                c = self.code[i]
+                depth += {'(': 1, '[': 1, '{': 1, ')': -1, ']': -1, '}': -1}.get(c, 0)
+                if depth == 0 or (c == ',' and depth == 1):
+                    argument = self.original[at:i] if '/' not in self.original[at:i] else self.code[at:i]
+                    if index in indexes and argument.strip():
+                        found.add((at + len(argument) - len(argument.lstrip()), at + len(argument.rstrip())))
+                    at, index = i + 1, index + 1
+                if depth == 0:
+                    break
+        added = found - self.narrow
+        self.narrow |= added
+        return bool(added)
+
+
 def number_of_32_bits(digits, suffix):
     """A whole number as it stands where a `long` has 32 bits: C++20, [lex.icon], the types that a literal may have."""
     if digits.lower() == LONG_MAX_64 and 'l' in suffix.lower():
@@ -358,6 +400,33 @@ def declared_twice(messages):
             yield [(caret['file'], caret['line'], caret.get('byte-column', caret['column'])) for caret in found]
 
 
+def undecided_calls(messages):
+    """For each call that the compiler cannot decide: where it is, and which of its arguments are a `long` of the system."""
+    for message in messages:
+        call = UNDECIDED.search(message.get('message', '')) if message.get('kind') == 'error' else None
+        types = [each.split('{')[0].strip() for each in cut_at_top(call['types'], ',')] if call else ()
+        indexes = {i for i, each in enumerate(types) if LONG_OF_SYSTEM.fullmatch(each)}
+        for place in message['locations'] if indexes else ():
+            caret = place['caret']
+            yield caret['file'], caret['line'], caret.get('byte-column', caret['column']), indexes
+
+
+def without_words_on_long_formats(said):
+    """What the compiler said, without its warnings that a `%ld` is given an `int`: both have 32 bits here."""
+    kept, context, dropping = [], [], False
+    for line in said.splitlines(keepends=True):
+        plain = COLOUR.sub(b'', line)
+        if FORMAT_OF_A_LONG.search(plain):
+            dropping = True
+        elif BEFORE_A_WARNING.match(plain):
+            context = [line] if dropping else [*context, line]
+            dropping = False
+        elif not dropping or not plain.startswith(b' ') and b': note:' not in plain:
+            kept += [*context, line]
+            context, dropping = [], False
+    return b''.join(kept)
+
+
 def main_of(text):
     """True, and says so, when the sketch has a main() of its own: it would take the place of the board's."""
     for match in re.finditer(r'(?<![\w.:>])main\s*\([^(){};]*\)\s*\{', text.code):
@@ -381,6 +450,7 @@ def compile_text(text, unit, compiling):
     """Compiles what has become of the text; sets declarations apart until no two are the same. Returns the exit status."""
     for _ in range(ROUNDS):
         head = OTHER_LONG if text.apart and unit.suffix == '.ii' else ''
+        head += NARROWER if text.narrow else ''
         if text.long_32:
             head += declarations_of_system_long(text.code, unit.suffix == '.ii')
         # A word of the language before the pragma would forbid it.
@@ -391,11 +461,14 @@ def compile_text(text, unit, compiling):
         done = subprocess.run(compiling, capture_output=True, check=False)
         if done.returncode == 0 or unit.suffix == '.i':
             break
-        twice = declared_twice(diagnostics([*without(without(compiling, '-o', 1), '-c', 0), '-fsyntax-only']))
-        if not [pair for pair in twice if any(text.set_apart(*place) for place in pair)]:
+        messages = diagnostics([*without(without(compiling, '-o', 1), '-c', 0), '-fsyntax-only'])
+        changed = [pair for pair in declared_twice(messages) if any(text.set_apart(*place) for place in pair)]
+        if text.long_32:
+            changed += [call for call in undecided_calls(messages) if text.narrow_arguments(*call)]
+        if not changed:
             break
     sys.stdout.buffer.write(done.stdout)
-    sys.stderr.buffer.write(done.stderr)
+    sys.stderr.buffer.write(without_words_on_long_formats(done.stderr) if text.long_32 else done.stderr)
     return done.returncode
 
 

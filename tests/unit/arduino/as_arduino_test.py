@@ -2,6 +2,7 @@
 """What as_arduino.py makes of `long` (every way to write it, numbers, formats, overloads), of loops that wait, and what must stay. Takes the tool's path and a C++ and a C
 compiler."""
 import itertools
+import os
 import pathlib
 import random
 import re
@@ -47,7 +48,7 @@ class Compiled(unittest.TestCase):
         compiler = [CC, '-std=gnu17'] if name.endswith('.c') else [CXX, '-std=gnu++20', '-fpermissive']
         options = ['--keep', self.folder / 'kept', *itertools.chain(*(('--prepared', folder) for folder in prepared))]
         done = subprocess.run([sys.executable, '-B', TOOL, *options, '--', *compiler, '-Wall', *flags, '-MD', '-MF',
-                               f'{source}.d', '-c', source, '-o', f'{source}.o'], cwd=cwd, capture_output=True, text=True, check=False)
+                               f'{source}.d', '-c', source, '-o', f'{source}.o'], cwd=cwd, env={**os.environ, 'LC_ALL': 'C'}, capture_output=True, text=True, check=False)
         self.assertEqual(done.returncode, status, done.stderr)
         return done.stderr
 
@@ -144,6 +145,27 @@ class Compiled(unittest.TestCase):
         self.assertIn('second.h', found.read_text())
         self.assertNotIn('cstdio', found.read_text())  # which the compiler has read before
         self.assertEqual(sorted(path.name for path in self.folder.iterdir() if path.is_file()), ['a.cpp', 'a.d'])
+
+    def test_a_size_chooses_as_on_an_avr(self):
+        text = ('#include <cstdio>\n#include <cstring>\nstatic int f(int) { return 1; }\nstatic int f(unsigned) { return 2; }\n'
+                'template <typename T> T larger(T a, T b) { return a < b ? b : a; }\nstruct S { int k; S(int) : k(3) {} S(unsigned) : k(4) {} };\n'
+                'int main() {\n  char t[] = "abc";\n  const char* end = t + 2;\n  S s(sizeof(t));\n  std::printf("%d %d %u %d %d %d", f(sizeof t), '
+                'f(strlen(t) + /* , */ 1), larger(sizeof "ab,", 3u), s.k, f( strlen("a,b") ), f(end - t));\n}\n')
+        self.assertEqual(self.output('size.cpp', text), '2 2 4 4 2 1')
+        # Whatever else nobody can decide stays an error.
+        self.assertIn('is ambiguous', self.compile('double.cpp', 'int f(int);\nint f(unsigned);\nint a = f(1.5);\n', status=1))
+
+    def test_a_format_with_a_name_is_not_warned_of(self):
+        text = ('#include <stdio.h>\nconst char kWrite[] = "%5ld %lu\\n", kRead[] = "%ld %lx";\nvoid f(long a, unsigned long b) {\n'
+                '  printf(kWrite, a, b);\n  sscanf("1 2", kRead, &a, &b);\n}\n')
+        self.assertEqual(self.compile('format.cpp', text), '')
+        self.assertEqual(self.compile('format.c', text.replace('const char kWrite', 'static const char kWrite')), '')
+        # What is wrong on an Arduino, too, is warned of, and what stands before a warning stays before it.
+        said = self.compile('wrong.cpp', text + 'const char kText[] = "%ld %s\\n";\nvoid g(long a) {\n  printf(kText, a, a);\n  int unused;\n}\n')
+        self.assertEqual(re.findall(r'In function .*|warning: .*', said),
+                         ["In function 'void g(int)':", "warning: format '%s' expects argument of type 'char*', but argument 3 has type 'int' "
+                          "[-Wformat=]", "warning: unused variable 'unused' [-Wunused-variable]"])
+        self.assertIn('long long', self.compile('wide.cpp', text + 'void g(long long a) { printf(kWrite, a, 1ul); }\n'))
 
     def test_the_systems_headers_keep_theirs(self):
         self.compile('system.cpp', '#include <cstdint>\n#include <ctime>\n#include <cstdlib>\n'
