@@ -92,25 +92,32 @@ void Pibs::change(Instant now, VcpuParameters parameters) {
     if (active_) open_service(now);
 }
 
+/// A late timer may let one piece reach beyond the service in hand: what follows is the next one's
+/// if that may begin by then, and else without budget.
 Nanoseconds Pibs::consume(Instant now_end, Nanoseconds used) {
     QDUINO_EXPECT(used >= Nanoseconds{0});
-    const Nanoseconds overrun = std::max(used - available(now_end - used), Nanoseconds{0});
     consumed_ += used;
-    if (active_ && used > Nanoseconds{0} && eligible_from_ >= now_end) {
-        run_without_budget(used);
-        return overrun;
-    }
-    used_ += used;
     if (!active_) {
+        used_ += used;
         close_service();
-    } else if (used < remaining_) {
-        remaining_ -= used;
-    } else {
-        close_service();
-        open_service(now_end);
+        return used;
     }
-    QDUINO_EXPECT(!active_ || (remaining_ > Nanoseconds{0} && remaining_ <= budget_for(client_period_)));
-    return overrun;
+    while (used > Nanoseconds{0}) {
+        // It never catches up with a replenishment that it ran before: each ns delays that by 1/U.
+        if (eligible_from_ > now_end - used) {
+            run_without_budget(used);
+            return used;
+        }
+        const Nanoseconds part = std::min(used, remaining_);
+        used -= part;
+        used_ += part;
+        remaining_ -= part;
+        if (remaining_ > Nanoseconds{0}) continue;
+        close_service();
+        open_service(now_end - used);
+    }
+    QDUINO_EXPECT(remaining_ > Nanoseconds{0} && remaining_ <= budget_for(client_period_));
+    return Nanoseconds{0};
 }
 
 }  // namespace qduino::sched

@@ -18,7 +18,8 @@
 // - Use after a raise is charged from the raise. Otherwise a service that was held up for long at
 //   the old priority would be replenished at once at the new one, and break the window bound there.
 // - Time used beyond the budget is part of `used`: an overrun moves the replenishment and is never
-//   forgiven. It begins no further service, in however many pieces it is charged.
+//   forgiven. It begins no further service before that, in however many pieces it is charged: one
+//   piece, of a late timer, counts as if it were charged ns by ns.
 // - A service that has not begun when the work is done costs nothing, no activation either: nothing
 //   has turned to it.
 // - U may change. The service in hand then ends, what it used comes back at the old U, and the next

@@ -258,6 +258,27 @@ TEST(CoreScheduler, AHandlerWithoutBudgetPaysForItsSectionsItself) {
     EXPECT_GE(core.next_replenishment(33), at_ns(30)) << "it used 3 ns of 1 in 10";
 }
 
+/// A board without an operating system charges what a late alarm let run, in one piece.
+TEST(CoreScheduler, AnAlarmThatComesBehindAReplenishmentGivesNoService) {
+    CoreScheduler core;
+    ASSERT_TRUE(core.add(1, {5ns, 20ns}));
+    ASSERT_TRUE(
+        core.add_io(33, {1ns, 4ns}, kEpoch, {.activation = {}, .client_period = {}, .overrun = 10ns}));
+    core.wake_io(33, at_ns(0), 16ns);
+    EXPECT_EQ(core.decide(at_ns(0)), run(33, 4));
+    EXPECT_EQ(core.decide(at_ns(4)), idle(at_ns(16))) << "with a lock";
+    core.wake(1, at_ns(15));
+    core.wait_for_lock(1, true, at_ns(15));
+    core.inherit(33, {20ns, 1});
+    EXPECT_EQ(core.decide(at_ns(15)).vcpu, VcpuId{33}) << "it goes on for its waiter";
+    core.account(at_ns(18));
+    core.inherit(33, {});
+    core.wait_for_lock(1, false, at_ns(18));
+    EXPECT_EQ(core.decide(at_ns(18)).vcpu, VcpuId{1});
+    EXPECT_EQ(core.next_replenishment(33), at_ns(28)) << "one before its replenishment, two behind it";
+    EXPECT_EQ(core.available(33, at_ns(18)), 0ns);
+}
+
 TEST(CoreScheduler, ACostIsChargedOutOfTheBudgetsToCome) {
     CoreScheduler core;
     ASSERT_TRUE(core.add(1, {3ns, 10ns}));

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <random>
+
 #include "tests/unit/sched/make.h"
 
 namespace qduino::sched::pibs_test {
@@ -45,6 +47,55 @@ TEST(Pibs, AnOverrunInPiecesComesBackAsOneInOnePieceDoes) {
         // 1 of activation, 3 and 30: 34 · 7/2.
         EXPECT_EQ(server.next_replenishment(), at_ns(100 + 119));
         EXPECT_EQ(server.available(at_ns(100 + 119)), 3ns);
+    }
+}
+
+/// A late timer lets a handler run on until its replenishment is past.
+TEST(Pibs, APieceThatReachesBeyondTheReplenishmentIsNoService) {
+    Pibs server{{1ns, 4ns}, at_ns(0)};
+    server.activate(at_ns(0), 16ns);
+    EXPECT_EQ(server.consume(at_ns(4), 4ns), 0ns);
+    EXPECT_EQ(server.next_replenishment(), at_ns(16));
+    EXPECT_EQ(server.consume(at_ns(18), 3ns), 3ns) << "one before it, two behind it";
+    EXPECT_EQ(server.next_replenishment(), at_ns(28)) << "all three without budget";
+    EXPECT_EQ(server.available(at_ns(18)), 0ns);
+    EXPECT_EQ(server.available(at_ns(28)), 4ns);
+}
+
+/// One that was held up for so long that its next service may follow at once.
+TEST(Pibs, APieceThatReachesIntoTheNextServiceIsChargedToBoth) {
+    Pibs server{{1ns, 4ns}, at_ns(0)};
+    server.activate(at_ns(0), 16ns);
+    EXPECT_EQ(server.consume(at_ns(106), 6ns), 0ns) << "four of the one, two of the other";
+    EXPECT_EQ(server.available(at_ns(106)), 2ns) << "and not four";
+    EXPECT_EQ(server.consume(at_ns(110), 4ns), 2ns);
+    EXPECT_EQ(server.next_replenishment(), at_ns(104 + 24)) << "which began at 104";
+}
+
+TEST(Pibs, PiecesDoNotMatter) {
+    for (std::uint64_t seed = 1; seed <= 2000; ++seed) {
+        std::mt19937_64 random{seed};
+        const auto pick = [&](std::int64_t low, std::int64_t high) {
+            return std::uniform_int_distribution<std::int64_t>{low, high}(random);
+        };
+        const std::int64_t period = pick(1, 12), budget = pick(1, period);
+        std::int64_t now = pick(0, 30);
+        Pibs whole{{Nanoseconds{budget}, Nanoseconds{period}}, at_ns(0), Nanoseconds{pick(0, 2)}};
+        whole.activate(at_ns(now), Nanoseconds{pick(1, 40)});
+        now += pick(0, 60);  // it is held up
+        for (int piece = 0; piece < 6; ++piece) {
+            Pibs ticks = whole;
+            const std::int64_t used = pick(0, 14);
+            const Nanoseconds overrun = whole.consume(at_ns(now + used), Nanoseconds{used});
+            Nanoseconds of_ticks{};
+            for (std::int64_t tick = 1; tick <= used; ++tick)
+                of_ticks += ticks.consume(at_ns(now + tick), 1ns);
+            now += used;
+            ASSERT_EQ(overrun, of_ticks) << "seed " << seed;
+            ASSERT_EQ(whole.next_replenishment(), ticks.next_replenishment()) << "seed " << seed;
+            ASSERT_EQ(whole.available(at_ns(now)), ticks.available(at_ns(now))) << "seed " << seed;
+            now += pick(0, 2 * period);
+        }
     }
 }
 
