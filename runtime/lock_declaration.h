@@ -24,9 +24,7 @@
 #include <memory>
 #include <utility>
 
-#include "base/fixed_string.h"
 #include "base/fixed_vector.h"
-#include "base/text.h"
 #include "board/board.h"
 #include "runtime/sketch.h"
 #include "sched/blocking.h"

@@ -1,6 +1,8 @@
 #include "runtime/plan.h"
 
 #include <algorithm>
+#include <array>
+#include <limits>
 #include <utility>
 
 #include "sched/admission.h"
@@ -186,22 +188,16 @@ void Plan::refuse(const std::string& reason) {
 /// A handler's lock stays on its core, and no second handler is connected with it: the analysis
 /// (blocking.h) has no more.
 Result<void> Plan::refuse_handlers_apart() const {
+    std::array<sched::LockSet, std::numeric_limits<board::VcpuId>::max() + 1> held{};
+    for (const sched::CriticalSection& each : sections_) {
+        if (!each.assumed) held[each.loop] |= sched::LockSet{1} << each.lock;
+    }
     for (const sched::CriticalSection& of_handler : sections_) {
         if (of_handler.loop < board::kFirstIoVcpu || of_handler.assumed) continue;
-        std::uint32_t locks = std::uint32_t{1} << of_handler.lock;
-        const auto shares = [&](board::VcpuId id) {
-            return std::ranges::any_of(sections_, [&](const sched::CriticalSection& each) {
-                return each.loop == id && !each.assumed && (locks >> each.lock & 1);
-            });
-        };
-        for (std::uint32_t before = 0; before != locks;) {
-            before = locks;
-            for (const sched::CriticalSection& each : sections_) {
-                if (!each.assumed && shares(each.loop)) locks |= std::uint32_t{1} << each.lock;
-            }
-        }
+        const sched::LockSet locks = sched::chained_with(
+            sched::LockSet{1} << of_handler.lock, [&](auto visit) { std::ranges::for_each(held, visit); });
         for (const sched::Vcpu& other : requests_) {
-            if (other.id == of_handler.loop || !shares(other.id)) continue;
+            if (other.id == of_handler.loop || (held[other.id] & locks) == 0) continue;
             if (!other.is_io() && admission_->core_of(other.id) == admission_->core_of(of_handler.loop))
                 continue;
             return make_error(ErrorCode::out_of_range, "a handler on I/O VCPU ", of_handler.loop,

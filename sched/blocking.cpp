@@ -33,13 +33,13 @@ Blocking::Blocking(std::span<const VcpuId> by_rank, std::span<const CriticalSect
     for (const CriticalSection& section : sections) {
         if (auto* const handler = std::ranges::find(handlers_, section.loop, &Handler::id);
             handler != handlers_.end()) {
-            handler->locks |= Locks{1} << section.lock;
+            handler->locks |= LockSet{1} << section.lock;
             by_handlers_[section.lock] += section.length;
         }
         const auto place = std::find(by_rank.begin(), by_rank.end(), section.loop);
         if (place == by_rank.end()) continue;
         const auto i = static_cast<std::size_t>(place - by_rank.begin());
-        locks_of_[i] |= Locks{1} << section.lock;
+        locks_of_[i] |= LockSet{1} << section.lock;
         ++requests_[i];
         longest_[i][section.lock] = std::max(longest_[i][section.lock], section.length);
     }
@@ -47,21 +47,17 @@ Blocking::Blocking(std::span<const VcpuId> by_rank, std::span<const CriticalSect
 
 /// The locks of loop i and of those above it, handlers among them, and those at the end of a chain
 /// from there.
-Blocking::Locks Blocking::that_block(std::size_t i) const {
-    Locks locks = 0;
+LockSet Blocking::that_block(std::size_t i) const {
+    LockSet locks = 0;
     for (const Handler& handler : handlers_) locks |= handler.locks;
     for (std::size_t j = 0; j <= i; ++j) locks |= locks_of_[j];
-    for (Locks before = 0; before != locks;) {
-        before = locks;
-        for (std::size_t j = i + 1; j < loops_; ++j) {
-            if (locks_of_[j] & locks) locks |= locks_of_[j];
-        }
-    }
-    return locks;
+    return chained_with(locks, [&](auto visit) {
+        for (std::size_t j = i + 1; j < loops_; ++j) visit(locks_of_[j]);
+    });
 }
 
 Nanoseconds Blocking::of(std::size_t i) const {
-    const Locks locks = that_block(i);
+    const LockSet locks = that_block(i);
     Nanoseconds by_loop{};
     std::array<Nanoseconds, kLockLimit> of_lock{};
     for (std::size_t j = i + 1; j < loops_; ++j) {
@@ -79,21 +75,15 @@ Nanoseconds Blocking::of(std::size_t i) const {
 }
 
 /// All that a chain from `locks` may reach.
-Blocking::Locks Blocking::connected_with(Locks locks) const {
-    for (Locks before = 0; before != locks;) {
-        before = locks;
-        for (std::size_t j = 0; j < loops_; ++j) {
-            if (locks_of_[j] & locks) locks |= locks_of_[j];
-        }
-        for (const Handler& handler : handlers_) {
-            if (handler.locks & locks) locks |= handler.locks;
-        }
-    }
-    return locks;
+LockSet Blocking::connected_with(LockSet locks) const {
+    return chained_with(locks, [&](auto visit) {
+        for (std::size_t j = 0; j < loops_; ++j) visit(locks_of_[j]);
+        for (const Handler& handler : handlers_) visit(handler.locks);
+    });
 }
 
 Nanoseconds Blocking::by_handlers(std::size_t i) const {
-    const Locks locks = connected_with(locks_of_[i]);
+    const LockSet locks = connected_with(locks_of_[i]);
     Nanoseconds sum{};
     for (std::size_t lock = 0; lock < kLockLimit; ++lock) {
         if (locks >> lock & 1) sum += by_handlers_[lock];
@@ -104,7 +94,7 @@ Nanoseconds Blocking::by_handlers(std::size_t i) const {
 Nanoseconds Blocking::of_handler(VcpuId handler) const {
     const auto* const self = std::ranges::find(handlers_, handler, &Handler::id);
     if (self == handlers_.end()) return Nanoseconds{0};
-    const Locks locks = connected_with(self->locks);
+    const LockSet locks = connected_with(self->locks);
     Nanoseconds sum{};
     for (std::size_t lock = 0; lock < kLockLimit; ++lock) {
         if (!(locks >> lock & 1)) continue;

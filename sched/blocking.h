@@ -61,6 +61,21 @@ struct CriticalSection {
 inline constexpr std::size_t kLockLimit = 32;  ///< locks that admission tells apart
 using CriticalSections = FixedVector<CriticalSection, 256>;
 
+using LockSet = std::uint32_t;  ///< a bit each
+
+/// All locks that a chain from `locks` may reach: who takes one of them may hold its others at the
+/// same time. `each_holder(visit)` calls `visit` with the LockSet of each that counts.
+template <typename EachHolder>
+[[nodiscard]] LockSet chained_with(LockSet locks, EachHolder each_holder) {
+    for (LockSet before = 0; before != locks;) {
+        before = locks;
+        each_holder([&locks](LockSet held) {
+            if (held & locks) locks |= held;
+        });
+    }
+    return locks;
+}
+
 /// How long `holder` may run without budget, because somebody waits for a lock that it holds: all
 /// its sections under locks that another VCPU takes.
 [[nodiscard]] Nanoseconds longest_overrun(std::span<const CriticalSection> sections, VcpuId holder);
@@ -84,17 +99,16 @@ class Blocking {
     [[nodiscard]] Nanoseconds of_handler(VcpuId handler) const;
 
   private:
-    using Locks = std::uint32_t;  // a bit each
-    [[nodiscard]] Locks that_block(std::size_t i) const;
-    [[nodiscard]] Locks connected_with(Locks locks) const;
+    [[nodiscard]] LockSet that_block(std::size_t i) const;
+    [[nodiscard]] LockSet connected_with(LockSet locks) const;
 
     std::size_t loops_;
-    std::array<Locks, kMainVcpuLimit> locks_of_{};
+    std::array<LockSet, kMainVcpuLimit> locks_of_{};
     std::array<int, kMainVcpuLimit> requests_{};
     std::array<std::array<Nanoseconds, kLockLimit>, kMainVcpuLimit> longest_{};
     struct Handler {
         VcpuId id = 0;
-        Locks locks = 0;
+        LockSet locks = 0;
     };
     FixedVector<Handler, kIoVcpuLimit> handlers_;
     std::array<Nanoseconds, kLockLimit> by_handlers_{};
