@@ -286,6 +286,9 @@ GuaranteeReport MetalBoard::guarantee() const {
         loop.core_owned = thread.spec.owns_core;
         if (const std::uint64_t lost = thread.lost.load(); lost > 0)
             loop.shortfall = text<FixedString<200>>("its queue was full ", lost, " times: that work is lost");
+        if (const std::uint32_t paid = thread.paid.load(); paid > 0)
+            write(loop.shortfall, loop.shortfall.empty() ? "" : "; ", "it gave its core up ", paid,
+                  " times more often than it declares, and its own budget paid for that");
         report.loops.push_back(loop);
         if (!thread.times.empty())
             report.bottom_halves.push_back(thread.times.describe(thread.spec.id, thread.spec.core));

@@ -91,8 +91,7 @@ void SimCore::give_up(Vcpu& vcpu, Instant now) {
 }
 
 void SimCore::release(Vcpu& vcpu, Instant nominal, Instant now) {
-    vcpu.sleeps_left = vcpu.spec.times_asleep();
-    vcpu.requests_left = vcpu.spec.requests;
+    vcpu.turns.release(vcpu.spec, vcpu.spec.requests);
     if (!vcpu.spec.deferrable) return;
     account(now);
     scheduler_.release(vcpu.spec.id, nominal, now);
@@ -177,29 +176,20 @@ void SimCore::wake_sleepers(Instant now) {
     }
 }
 
-/// Admission counts one switch to a loop in each of its periods: for its release, or for the end of
-/// a pause for want of budget. `begin` is when it has work or budget again.
-bool SimCore::is_counted(Vcpu& vcpu, Instant begin) {
-    if (begin < vcpu.counts_at) return false;
-    vcpu.counts_at = begin + vcpu.spec.period;
-    return true;
-}
-
 void SimCore::pay_for_wake(Vcpu& vcpu, Instant now) {
     if (vcpu.spec.is_io()) return;  // its service pays
-    if (is_counted(vcpu, vcpu.wake - config_.wake_latency)) return;
-    if (--vcpu.sleeps_left < 0) pay(vcpu, now);
+    if (!vcpu.turns.counts_wake(vcpu.spec, vcpu.wake - config_.wake_latency)) pay(vcpu, now);
 }
 
 void SimCore::pay_for_throttling(Vcpu& vcpu, Instant now) {
     if (vcpu.spec.is_io() || vcpu.waits_for) return;
-    if (!is_counted(vcpu, scheduler_.next_replenishment(vcpu.spec.id))) pay(vcpu, now);
+    if (!vcpu.turns.counts_pause(vcpu.spec, scheduler_.next_replenishment(vcpu.spec.id))) pay(vcpu, now);
 }
 
 /// Each loop's R has the turns that its declared requests take. A handler has declared none: its
 /// activation is one turn, and the one behind a wait is another.
 void SimCore::pay_for_lock(Vcpu& vcpu, Instant now) {
-    if (--vcpu.requests_left < 0) pay(vcpu, now);
+    if (!vcpu.turns.counts_wait()) pay(vcpu, now);
 }
 
 /// The switch to it, and the one back to what it displaces. Alone on its core it displaces nothing.

@@ -95,7 +95,6 @@ class SimCore {
     [[nodiscard]] Nanoseconds paid_of(Nanoseconds stolen) const { return std::min(stolen, to_be_paid_); }
     [[nodiscard]] bool interrupted(Instant now);
     void wake_sleepers(Instant now);
-    [[nodiscard]] static bool is_counted(Vcpu& vcpu, Instant begin);
     void pay_for_wake(Vcpu& vcpu, Instant now);
     void pay_for_throttling(Vcpu& vcpu, Instant now);
     void pay_for_lock(Vcpu& vcpu, Instant now);

@@ -13,6 +13,7 @@
 #include "board/sim/spin.h"
 #include "board/types.h"
 #include "sched/core_scheduler.h"
+#include "sched/counted_turns.h"
 
 namespace qduino::board::sim {
 
@@ -74,9 +75,7 @@ struct Vcpu {
     Instant body_ended = Instant::min();  ///< when its body last returned
     const LockWord* waits_for = nullptr;  ///< a lock that another VCPU holds
     bool handed_lock = false;             ///< woken by unlock(): no release of a loop
-    Instant counts_at = Instant::min();   ///< a loop: admission counts the next switch to it then
-    int sleeps_left = 0;                  ///< of this release, that admission has counted
-    int requests_left = 0;                ///< likewise, waits for locks
+    sched::CountedTurns turns;            ///< a loop: those that it does not pay for
     sched::Rank rank;                     ///< its own, or what it inherits
     sched::Rank inherited;                ///< the highest of those that wait for it
     std::uint32_t polls = 0;              ///< of the time or of a pin since it last let time pass

@@ -8,6 +8,7 @@ import contextlib
 import os
 import pathlib
 import random
+import re
 import socket
 import subprocess
 import threading
@@ -359,6 +360,26 @@ class Death(unittest.TestCase):
         """Bank 9 reports an error of memory that nothing corrected, while another one may follow (Intel SDM volume 3, 15.3)."""
         for core in 0, 1:
             self.dies(core, 'machine check', command=f'mce {core} 9 0xbd00000000000134 0x5 0x1234 0x8c')
+
+
+class Undeclared(unittest.TestCase):
+    """Who gives the core up more often than it declares pays for the turns, and is named; nobody else is."""
+
+    WORDS = r'  (\d+) +0 .*\n +it gave its core up (\d+) times more often than it declares'
+
+    def said_of(self, sketch):
+        run = Run(sketch, '--for', '1')
+        self.assertEqual(run.status, 0, run.report)
+        return {int(loop): int(times) for loop, times in re.findall(self.WORDS, run.report)}
+
+    def test_it_is_named_with_how_often(self):
+        said = self.said_of(HERE / 'undeclared')
+        self.assertEqual(set(said), {1})
+        self.assertGreater(said[1], 400)
+        self.assertLess(said[1], 520)
+
+    def test_what_was_declared_is_nobodys_fault(self):
+        self.assertEqual(self.said_of(changed(HERE / 'undeclared', 'declared', ('loop(1, 2, 20, 0)', 'loop(1, 2, 20, 0, 12, 10)'))), {})
 
 
 class Refusal(unittest.TestCase):

@@ -34,17 +34,19 @@ void Core::open(int number, bool host) {
     turn_to(host ? host_.context : idle_.context, nullptr);
 }
 
-bool Core::add(Thread& thread, Nanoseconds activation, Instant now) {
+bool Core::add(Thread& thread, Nanoseconds turn, Instant now) {
     const VcpuSpec& spec = thread.spec;
     const bool added =
-        spec.is_io()
-            ? scheduler_.add_io(
-                  spec.id, spec.parameters(), now,
-                  {.activation = activation, .client_period = spec.client_period, .overrun = spec.overrun})
-            : scheduler_.add(spec.id, spec.parameters(), now,
-                             {.owns_core = spec.owns_core, .deferrable = spec.deferrable});
-    if (added) threads_[spec.id] = &thread;
-    return added;
+        spec.is_io() ? scheduler_.add_io(
+                           spec.id, spec.parameters(), now,
+                           {.activation = turn, .client_period = spec.client_period, .overrun = spec.overrun})
+                     : scheduler_.add(spec.id, spec.parameters(), now,
+                                      {.owns_core = spec.owns_core, .deferrable = spec.deferrable});
+    if (!added) return false;
+    threads_[spec.id] = &thread;
+    ++thread_count_;
+    turn_ = turn;
+    return true;
 }
 
 void Core::begin_threads() {
@@ -76,6 +78,16 @@ void Core::charge(Instant came) {
     if (overrun < Nanoseconds{0}) return;  // an alarm for another one
     counts_.ends.fetch_add(1, std::memory_order_relaxed);
     counts_.worst_overrun.store(std::max(counts_.worst_overrun.load(), overrun));
+    const VcpuSpec& spec = running_->spec;
+    if (!spec.is_io() && !running_->turns.counts_pause(spec, scheduler_.next_replenishment(spec.id)))
+        pay(*running_, came);
+}
+
+/// A turn to it that no R has. Alone on its core it displaces nothing.
+void Core::pay(Thread& thread, Instant now) {
+    if (thread_count_ < 2 || thread.spec.owns_core) return;
+    scheduler_.charge(thread.spec.id, turn_, now);
+    thread.paid.fetch_add(1, std::memory_order_relaxed);
 }
 
 void Core::serve(const Frame& frame, Instant now) {
@@ -153,7 +165,9 @@ void Core::open_mail(Instant now) {
         if (thread && thread->state == ThreadState::idle) wake(*thread, now);
     });
     mail_.locks.take_all([&](VcpuId id) {
-        threads_[id]->state = ThreadState::ready;
+        Thread& thread = *threads_[id];
+        thread.state = ThreadState::ready;
+        if (!thread.turns.counts_wait()) pay(thread, now);
         scheduler_.wait_for_lock(id, false, now);
     });
     mail_.ranks.take_all([&](VcpuId id) { scheduler_.inherit(id, locks.inherited_by(*threads_[id])); });
@@ -183,6 +197,8 @@ void Core::wake(Thread& thread, Instant now) {
     const Instant due = std::min(thread.wake, now);
     thread.state = ThreadState::ready;
     thread.wake = kForever;
+    // A bottom half's service has its activation in it.
+    if (!thread.spec.is_io() && !thread.turns.counts_wake(thread.spec, due)) pay(thread, now);
     scheduler_.wake(thread.spec.id, now, due);
 }
 
@@ -207,7 +223,10 @@ void Core::finish() {
     contract_broken("a thread that has ended runs on", __FILE__, __LINE__);
 }
 
-void Core::release(Instant nominal) { scheduler_.release(running_->spec.id, nominal, machine_clock.now()); }
+void Core::release(Instant nominal) {
+    running_->turns.release(running_->spec, running_->spec.requests);
+    scheduler_.release(running_->spec.id, nominal, machine_clock.now());
+}
 
 Nanoseconds Core::cpu_time() {
     scheduler_.account(machine_clock.now());

@@ -19,7 +19,8 @@
 //
 // Invariants: one context runs; the alarm is set to the earliest instant at which another one
 // could, or not at all where noTimer() said so; what the kernel and a device's top half take is
-// charged to nobody.
+// charged to nobody, as it is in R. Turns to a loop that are in no R are charged to the loop, where
+// others are on its core (sched/counted_turns.h).
 #pragma once
 
 #include <array>
@@ -55,8 +56,9 @@ class Core {
     [[nodiscard]] std::uint64_t boot_stack_top() const {
         return reinterpret_cast<std::uint64_t>(idle_.stack.data() + idle_.stack.size());
     }
-    /// By the host, before begin_threads(). False when the scheduler's table refuses it.
-    [[nodiscard]] bool add(Thread& thread, Nanoseconds activation, Instant now);
+    /// By the host, before begin_threads(). `turn`: what a switch to it and the one back cost.
+    /// False when the scheduler's table refuses it.
+    [[nodiscard]] bool add(Thread& thread, Nanoseconds turn, Instant now);
     /// By the host: from the next interrupt on, the threads that were added run.
     void begin_threads();
 
@@ -122,6 +124,7 @@ class Core {
     void open_mail(Instant now);
     [[nodiscard]] Instant wake_sleepers(Instant now);
     void wake(Thread& thread, Instant now);
+    void pay(Thread& thread, Instant now);
     [[nodiscard]] bool host_is_due(Instant now);
     void turn_to(Context& next, Thread* thread);
 
@@ -132,6 +135,8 @@ class Core {
     Processor processor_;
     sched::CoreScheduler scheduler_;
     std::array<Thread*, kVcpuLimit> threads_{};
+    std::size_t thread_count_ = 0;
+    Nanoseconds turn_{};
     Context* current_ = nullptr;
     Thread* running_ = nullptr;  // current_, where that is a thread
     Instant until_ = kForever;   // of the last decision

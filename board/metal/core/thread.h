@@ -16,6 +16,7 @@
 #include "board/metal/machine/spin_lock.h"
 #include "channel/ring_buffer.h"
 #include "sched/core_scheduler.h"
+#include "sched/counted_turns.h"
 
 namespace qduino::board::metal {
 
@@ -49,6 +50,8 @@ struct Thread {
     Context context;
     VcpuSpec spec;
     ThreadState state = ThreadState::unused;  ///< its core's alone
+    sched::CountedTurns turns;                ///< likewise: those it does not pay for
+    std::atomic<std::uint32_t> paid{0};       ///< and so many that it paid for
     Instant wake = kForever;                  ///< sleeping: until then
     Nanoseconds slept{};
 
