@@ -122,6 +122,27 @@ TEST_F(Chains, AChangeThatBreaksALimitIsRefusedWhileTheLoopsRun) {
     EXPECT_LE(before, 14500us);
 }
 
+TEST_F(Chains, AChangeThatIsGrantedGivesItAnotherBound) {
+    ::Chain chain{"wide"};
+    chain.from(2).through(2).to(9).reactsWithin(40ms);
+    static bool granted = false;
+    sketch_.set_setup(
+        [] { interruptsVcpu(qduino::arduino::TimeUnit::ms, board::DeviceClass::nic, 1, 100, 0); });
+    add_loop(1, 1ms, 5ms, 0);
+    add_loop(2, 2ms, 10ms, 0, [] {
+        granted = interruptsVcpu(qduino::arduino::TimeUnit::ms, board::DeviceClass::nic, 20, 100, 0);
+        return 1ms;
+    });
+    ASSERT_TRUE(sketch_.begin());
+    const Nanoseconds before = bound().reaction;
+    EXPECT_EQ(seen().reaction_bound(), before);
+    sketch_.run(50ms);
+    ASSERT_TRUE(granted);
+    EXPECT_GT(bound().reaction, before);
+    EXPECT_EQ(seen().reaction_bound(), bound().reaction) << "what the page shows";
+    EXPECT_EQ(seen().age_bound(), bound().age);
+}
+
 TEST_F(Chains, AnEdgeIsFollowedToTheOutput) {
     ::Chain chain{"edge"};
     chain.fromEdge(2).through(1).to(9);
