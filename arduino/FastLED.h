@@ -48,6 +48,12 @@ class CFastLED {
         static Chip<DataPin> strip;
         return addLeds(&strip, pixels, count_or_offset, length);
     }
+    template <template <std::uint8_t, std::uint8_t, std::uint8_t> class Chip, std::uint8_t RedPin,
+              std::uint8_t GreenPin, std::uint8_t BluePin>
+    static CLEDController& addLeds(CRGB* pixels, int count_or_offset, int length = 0) {
+        static Chip<RedPin, GreenPin, BluePin> strip;
+        return addLeds(&strip, pixels, count_or_offset, length);
+    }
     template <ESPIChipsets Chip, std::uint8_t DataPin, std::uint8_t ClockPin, EOrder Order = RGB,
               std::uint32_t ClockHz = 0>
     static CLEDController& addLeds(CRGB* pixels, int count_or_offset, int length = 0) {

@@ -210,4 +210,18 @@ void ClockedController::transmit() {
     board.pin_write(clock, board::Level::low);
 }
 
+void AnalogController::init() {
+    for (const int pin : pins_) pinMode(pin, OUTPUT);
+}
+
+void AnalogController::send(PixelController& pixels) {
+    std::uint8_t levels[3] = {};
+    bool is_first = true;
+    pixels.for_each([&](std::uint8_t red, std::uint8_t green, std::uint8_t blue) {
+        if (is_first) levels[0] = red, levels[1] = green, levels[2] = blue;
+        is_first = false;
+    });
+    for (int i = 0; i < 3; ++i) analogWrite(pins_[i], levels[i]);
+}
+
 }  // namespace qduino::arduino::fastled

@@ -151,6 +151,21 @@ class ClockedController : public CLEDController {
     Instant ready_{};  // when the strip shows the last ones
 };
 
+/// One lamp of three colours, each on a pin with PWM: the first pixel.
+class AnalogController : public CLEDController {
+  public:
+    AnalogController(int red, int green, int blue) : pins_{red, green, blue} {}
+    void init() override;
+
+  protected:
+    void resize(int) override {}
+    void send(PixelController& pixels) override;
+    [[nodiscard]] EOrder order() const override { return RGB; }
+
+  private:
+    int pins_[3];
+};
+
 // Data sheets: WS2811 in its fast mode, SK6812, TM1809; UCS1903 at half the speed.
 inline constexpr PixelTiming kWs2811{Nanoseconds{1250}, Nanoseconds{250}, Nanoseconds{600}, kPixelLatch};
 inline constexpr PixelTiming kSk6812{Nanoseconds{1250}, Nanoseconds{300}, Nanoseconds{600}, kPixelLatch};
@@ -187,3 +202,10 @@ QDUINO_CLOCKLESS_(UCS1904, qduino::arduino::kWs2812);
 /// Adafruit's name for a WS2812B, whose green is first.
 template <std::uint8_t DataPin>
 class NEOPIXEL : public WS2812B<DataPin, GRB> {};
+
+/// An LED without a chip.
+template <std::uint8_t RedPin, std::uint8_t GreenPin, std::uint8_t BluePin>
+class ANALOG_RGB : public qduino::arduino::fastled::AnalogController {
+  public:
+    ANALOG_RGB() : AnalogController(RedPin, GreenPin, BluePin) {}
+};

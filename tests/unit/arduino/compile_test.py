@@ -73,7 +73,7 @@ class Compiling(unittest.TestCase):
                                   'EventGroupHandle_t e;\nvoid f() { configASSERT(q == nullptr); }\n'), '')
 
     def test_headers_by_other_names(self):
-        names = ['new.h', 'HID.h', 'PluggableUSB.h', 'USBAPI.h', *(f'api/{path.name}' for path in sorted((SOURCE / 'arduino/api').iterdir()))]
+        names = ['new.h', 'HID.h', 'PluggableUSB.h', 'USBAPI.h', *(str(path.relative_to(SOURCE / 'arduino')) for path in sorted((SOURCE / 'arduino/api').rglob('*.h')))]
         ok, messages = self.compile(''.join(f'#include <{name}>\n' for name in names) + 'void setup() {}\nvoid loop() {}\n')
         self.assertTrue(ok, messages)
 

@@ -1,7 +1,7 @@
 // FastLED.h. The sums were recorded from FastLED's own formulas, as its repository has them for
 // processors other than the AVR (version 3.10). What strips show is worked out by hand from its
 // documentation, and the bytes with a clock from the chips' data sheets.
-#include "arduino/FastLED.h"
+#include "arduino/lib8tion.h"
 #include "tests/unit/arduino/strip_fixture.h"
 
 namespace fastled_test {
@@ -234,6 +234,28 @@ std::vector<unsigned> clocked(const std::vector<qduino::fake::PinEvent>& writes,
         if (write.pin == clock) last_clock = write.level;
     }
     return bytes;
+}
+
+TEST_F(ArduinoFastLed, ALampOfThreePinsShowsTheFirstPixel) {
+    CRGB pixels[2] = {CRGB(255, 128, 0), CRGB::Blue};
+    CFastLED fast;
+    CLEDController& lamp = CFastLED::addLeds<ANALOG_RGB, 5, 6, 3>(pixels, 2);
+    lamp.setDither(DISABLE_DITHER);
+    EXPECT_EQ(board().modes[6], qduino::board::PinMode::output);
+    const auto last_levels = [] {
+        std::map<int, int> levels;
+        for (const auto& event : board().pwm) levels[event.pin] = static_cast<int>(event.duty * 255 + 0.5);
+        return levels;
+    };
+    fast.show();
+    EXPECT_EQ(last_levels(), (std::map<int, int>{{5, 255}, {6, 128}, {3, 0}}));
+    lamp.setCorrection(TypicalLEDStrip);
+    fast.show(128);
+    EXPECT_EQ(last_levels(), (std::map<int, int>{{5, 128}, {6, 44}, {3, 0}}));
+    lamp.setLeds(pixels, 0);
+    fast.show();
+    EXPECT_EQ(last_levels(), (std::map<int, int>{{5, 0}, {6, 0}, {3, 0}}));
+    lamp.setLeds(nullptr, 0);
 }
 
 TEST_F(ArduinoFastLed, ChipsWithAClockGetTheirFrames) {

@@ -1,0 +1,4 @@
+// ArduinoCore-API's name of binary.h.
+#pragma once
+
+#include "arduino/binary.h"

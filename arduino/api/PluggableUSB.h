@@ -1,0 +1,4 @@
+// ArduinoCore-API's name of PluggableUSB.h.
+#pragma once
+
+#include "arduino/PluggableUSB.h"

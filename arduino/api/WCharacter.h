@@ -1,0 +1,4 @@
+// ArduinoCore-API's name of WCharacter.h.
+#pragma once
+
+#include "arduino/WCharacter.h"

@@ -1,0 +1,4 @@
+// ArduinoCore-API's name of an AVR's header.
+#pragma once
+
+#include "arduino/avr/pgmspace.h"
