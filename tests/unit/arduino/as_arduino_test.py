@@ -160,7 +160,7 @@ class Compiled(unittest.TestCase):
                 '  printf(kWrite, a, b);\n  sscanf("1 2", kRead, &a, &b);\n}\n')
         self.assertEqual(self.compile('format.cpp', text), '')
         self.assertEqual(self.compile('format.c', text.replace('const char kWrite', 'static const char kWrite')), '')
-        # What is wrong on an Arduino, too, is warned of, and what stands before a warning stays before it.
+        # What is wrong on an Arduino, too, is warned of, behind its context.
         said = self.compile('wrong.cpp', text + 'const char kText[] = "%ld %s\\n";\nvoid g(long a) {\n  printf(kText, a, a);\n  int unused;\n}\n')
         self.assertEqual(re.findall(r'In function .*|warning: .*', said),
                          ["In function 'void g(int)':", "warning: format '%s' expects argument of type 'char*', but argument 3 has type 'int' "
