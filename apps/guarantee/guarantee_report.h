@@ -37,12 +37,12 @@ std::string delays_explained(const board::GuaranteeReport& report);
 /// "begin_p999_us","begin_worst_us","end_worst_us","response_us","replenishment_us"}…],
 /// "delays":[{"id","core","worst_us","at_s","window_s","host_us","tasks_us","interrupted_us",
 /// "interrupts","most","throttled","beyond_us","stopped_us","quota_us","cause","late_tasks",
-/// "late_host",
-/// "late_interrupts","late_charged","late_work","late_unseen","late_untold","late_stopped",
-/// "late_quota"}…],"trees":[tree_json()…],"chains":[{"name","way","reaction_bound_us",
-/// "reaction_limit_us","age_bound_us","age_limit_us","reactions","worst_reaction_us",
-/// "worst_age_us","from_first_loop"}…]}; `counted…`: interrupts that admission counts; `late_…`:
-/// releases that ended late, by cause. A value that was not measured, or is none, is null.
+/// "late_host","late_interrupts","late_charged","late_work","late_unseen","late_untold",
+/// "late_stopped","late_quota"}…],"trees":[tree_json()…],"chains":[{"name","way",
+/// "reaction_bound_us","reaction_limit_us","age_bound_us","age_limit_us","reactions",
+/// "worst_reaction_us","worst_age_us","from_first_loop"}…]}; `counted…`: interrupts that admission
+/// counts; `late_…`: releases that ended late, by cause. A value that was not measured, or is none,
+/// is null.
 std::string guarantee_json(const board::GuaranteeReport& report);
 
 /// {"name","core","budget_us","period_us","admitted","response_us","enforced","shortfall"};
