@@ -161,13 +161,18 @@ def first_late(the_set, run, world):
 
 
 def first_beyond(the_set, verdict, run, world):
-    """R holds where nothing was changed since."""
+    """R holds where nothing was changed since, in the simulator and by the judge."""
     if any(any(answers) for answers in run.answers.values()):
         return None
+    periods = {loop.id: loop.period for loop in the_set.loops}
     for loop in verdict.report["loops"]:
-        for one in world.releases[loop["id"]]:
-            if one.end - one.nominal > loop["response_ns"]:
-                return f"loop {loop['id']}: the release of {one.nominal} ns took {one.end - one.nominal} ns, R is {loop['response_ns']} ns"
+        of_simulator = run.releases[loop["id"]]
+        for place, one in enumerate(world.releases[loop["id"]]):
+            begin, end = of_simulator[place] if place < len(of_simulator) else (one.begin, one.end)
+            same = one.nominal <= begin < one.nominal + periods[loop["id"]]  # else they differ: first_difference() says that
+            took = (max(end, one.end) if same else one.end) - one.nominal
+            if took > loop["response_ns"]:
+                return f"loop {loop['id']}: the release of {one.nominal} ns took {took} ns, R is {loop['response_ns']} ns"
     return None
 
 
@@ -196,11 +201,12 @@ def look(door, the_set, verdict=None):
 
 
 def at_the_edge(door, the_set, steps):
-    """The set with as much to compute as is admitted, found by `steps` halvings, and its verdict: there a hole shows. First of all cores
+    """The set with as much to compute as is admitted, found by `steps` halvings or more, and its verdict: there a hole shows. First of all cores
     together, then of each."""
     verdict = door.check(the_set)
     best, found = (the_set, verdict) if verdict.admitted else (None, verdict)
     together = [None] if the_set.tight is None else []
+    steps = max(steps, the_set.halvings)
     one_by_one = [] if the_set.cores == 1 else range(the_set.cores) if the_set.tight is None else the_set.tight
     for core in (*together, *one_by_one) if not verdict.failed else ():
         low, high = (1.0, 2.0) if best else (0.1, 1.0)

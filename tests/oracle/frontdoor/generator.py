@@ -17,12 +17,14 @@ class Generator:
         return self.random.randrange(n) == 0
 
     def make(self):
-        theme = self.random.randrange(8)
-        if theme == 0:
+        theme = self.random.randrange(24)
+        if theme < 3:
             self.make_theme_of_swaps()
-        elif theme == 1 and self.one_in(3):
+        elif theme == 3:
             self.make_theme_of_refusals()
-        elif theme == 1:
+        elif theme == 4:
+            self.make_theme_of_exchanges()
+        elif theme < 7:
             self.make_theme_of_changes()
         else:
             self.make_mixture()
@@ -220,28 +222,66 @@ class Generator:
         first = [away[0], *([("c", steps)] if self.one_in(2) else []), away[1]]
         the_set.loops.append(sets.Loop(len(the_set.loops) + 1, (steps + 1) * the_set.step_ns, period, 1, 0, [first, *rest, [*back, ("c", 1)]]))
 
+    def two_loops(self, short, long, of_short, of_long):
+        """On core 0, which compute such shares of their periods."""
+        the_set = self.set
+        the_set.step_ns = 2 * US
+        for period, share in (short, of_short), (long, of_long):
+            steps = max(int(period * share) // the_set.step_ns, 1)
+            number = len(the_set.loops) + 1
+            the_set.loops.append(sets.Loop(number, steps * the_set.step_ns, period, 0, 0, [[("c", steps)]]))
+
     def make_theme_of_refusals(self):
         """A full core 1 refuses the interrupts that core 0 would be rid of. Then core 0 is asked for as much as it had without them, and its
         bottom half has work for all of that. What was refused must leave no trace."""
         draw = self.random
-        the_set = self.set = sets.Set(cores=2)
-        self.add_loops(0)
+        the_set = self.set = sets.Set(cores=2, halvings=6)
+        short = draw.choice((4, 5, 8, 10)) * MS
+        self.two_loops(short, short * draw.randint(3, 6), draw.uniform(0.05, 0.15), draw.uniform(0.3, 0.5))
         self.add_loops(1)
-        shortest = min((loop.period for loop in the_set.loops if loop.core == 0), default=0)
         callers = [loop for loop in the_set.loops if loop.core == 1]
-        if not shortest or not callers:
+        if not callers:
             return
-        top = min(draw.randint(200, 800) * US, shortest // 4)
-        period = int(draw.uniform(0.8, 2) * shortest)
-        bottom, served = draw.randint(50, 300) * US, 10 * MS
-        budget, more = draw.randint(100, 200) * US, int(served * top / period * draw.uniform(0.4, 1.0))
+        # Many small ones: what they take in a release is hardly less than what is counted.
+        top = draw.randint(20, 60) * US
+        period = int(top / draw.uniform(0.12, 0.25))
+        served = draw.choice((short, 2 * short, 10 * MS))
+        bottom, budget = draw.randint(50, 300) * US, served // 50
+        more = int(served * top / period * draw.uniform(0.7, 0.95))
         the_set.interrupts.append(sets.Interrupt("nic", period, 0, top, 0, draw.randint(0, 20 * MS)))
-        the_set.interrupts.append(sets.Interrupt("disk", int(bottom * served / (budget + 2 * more)) + 1, 0, 10 * US, bottom, 0))
+        the_set.interrupts.append(sets.Interrupt("disk", int(bottom * served / (budget + 2 * more)) + 1, 0, 1 * US, bottom, 0))
         the_set.services.append(sets.Service("disk", budget, served, 0))
         raised, lowered = ("b", "disk", budget + more, served), ("b", "disk", budget, served)
         loop = draw.choice(callers)
         plain = list(loop.scripts[0])
         loop.scripts = [[raised, *plain], [("a", "nic", 0), raised, *plain], plain, [lowered, ("r", "nic", 0), *plain]]
+
+    def make_theme_of_exchanges(self):
+        """Two bottom halves of core 0 that always have work, and a loop of core 1 that lowers the one and raises the other at once, so that
+        a release that is under way would bear a whole service of both; and back.
+
+            nic   |████████        |█               one of its services begins with each release of the short loop
+            disk  |             █  |    ████████    the other's somewhat later
+            long  |────────────────────────|        no room for both
+                           ^ exchanged
+        """
+        draw = self.random
+        the_set = self.set = sets.Set(cores=2, tight=[0], halvings=7)
+        short = draw.choice((8, 10, 16, 20)) * MS
+        of_short, share = draw.uniform(0.02, 0.06), draw.uniform(0.3, 0.42)
+        long = int(short * draw.uniform(1.03, 1.25))
+        self.two_loops(short, long, of_short, draw.uniform(0.1, 0.3))
+        high = int(short * share)
+        low = high // draw.randint(20, 60)
+        done = int(short * (of_short + share) * 1.1)
+        later = done + draw.randint(short // 50, short // 10)
+        for device, start, budget in ("nic", 0, high), ("disk", later, low):
+            the_set.interrupts.append(sets.Interrupt(device, short, 0, 1 * US, int(high * 1.1), start))
+            the_set.services.append(sets.Service(device, budget, short, 0))
+        exchange = [[("c", done // the_set.step_ns), ("b", one, low, short), ("b", other, high, short)]
+                    for one, other in (("nic", "disk"), ("disk", "nic"))]
+        rest = [[("c", 1)] for _ in range(draw.randint(1, 3))]
+        the_set.loops.append(sets.Loop(len(the_set.loops) + 1, done + 1, short, 1, 0, [exchange[0], *rest, exchange[1], *rest]))
 
     def make_theme_of_changes(self):
         """Interrupts about as far apart as releases, and a loop that sends them to and fro: what a release meets before a change and
@@ -272,6 +312,8 @@ class Generator:
 FEATURES = {
     "bottom halves": lambda the_set: the_set.services or the_set.edges,
     "changes": sets.changes,
+    "budgets that are exchanged": lambda the_set: sets.one_release_changes(the_set, "b"),
+    "budgets and routes at once": lambda the_set: sets.one_release_changes(the_set, "a", "b"),
     "edges that take time": lambda the_set: the_set.edge_top,
     "handlers with locks": sets.handlers_take_locks,
     "interrupts": lambda the_set: the_set.interrupts or the_set.tick_period,

@@ -200,6 +200,13 @@ class Findings(unittest.TestCase):
         self.world.late[1] = 1
         self.assertIn("1 by the judge", front_door.first_late(self.set, self.run_seen, self.world))
 
+    def test_a_response_beyond_r_is_seen_where_only_the_simulator_has_it(self):
+        begin, end = self.run_seen.releases[1][3]
+        self.run_seen.releases[1][3] = (begin, end + 1)
+        self.assertIn("loop 1: the release of 30000000 ns took 5000001 ns", front_door.first_beyond(self.set, self.verdict, self.run_seen, self.world))
+        del self.run_seen.releases[1][0]
+        self.assertIsNone(front_door.first_beyond(self.set, self.verdict, self.run_seen, self.world), "another release's: they differ")
+
     def test_a_response_beyond_r_is_seen_unless_something_was_changed(self):
         self.verdict.report["loops"][1]["response_ns"] -= 1
         self.assertIn("loop 2", front_door.first_beyond(self.set, self.verdict, self.run_seen, self.world))

@@ -84,6 +84,7 @@ class Set:
     away: list = dataclasses.field(default_factory=list)  # (device, core): routed away in setup()
     length: int = 1000 * MS  # of the run
     tight: list = None  # cores that are to be loaded up to what is admitted; None: all
+    halvings: int = 0  # on the way there, at the least
 
     def copy(self):
         return copy.deepcopy(self)
@@ -95,6 +96,12 @@ def scripts_of(the_set):
 
 def changes(the_set):
     return any(step[0] in "arb" for script in scripts_of(the_set) for step in script)
+
+
+def one_release_changes(the_set, *kinds):
+    """Changes of all these kinds, of different devices, in one release."""
+    return any(set(kinds) <= {step[0] for step in script} and len({step[1] for step in script if step[0] in kinds}) > 1
+               for script in scripts_of(the_set))
 
 
 def handlers_take_locks(the_set):
