@@ -23,6 +23,9 @@ What changes for `long`, in its own columns so that the compiler's messages poin
 Where a class has both f(int) and f(long), two functions would become one. The compiler says so; that declaration then takes a type of its
 own in the place of `long` (OTHER_LONG), and no call chooses it over the other.
 
+A library may list the types of whole numbers, `is_same<T, int>::value || is_same<T, long>::value || …`, or have a template for each. There
+`long` stays the system's, next to an `int` that is a sketch's `long` already: so size_t is in the list, as on an AVR.
+
 What is as wide as a pointer (sizeof, strlen()) is an `unsigned int` on an AVR, and a `long` of the system here. A call that cannot choose
 between f(int) and f(unsigned int) for it, or between two meanings of a template's T, is named by the compiler; there it gets the AVR's type.
 
@@ -88,6 +91,11 @@ SYSTEM_LONG_FUNCTION = re.compile(r'\b(?:' + '|'.join(SYSTEM_LONG_FUNCTIONS) + r
 FORMATS_HEADER = 'arduino/core/formats.h'
 FORMATS = re.compile(r'\bv?(?:s|sn|f)?printf\b|\bv?[sf]?scanf\b')
 TWICE = re.compile(r'cannot be overloaded with|redefinition of')
+SYSTEM_LONGS = 'typedef long qduino_system_long;\ntypedef unsigned long qduino_system_unsigned_long;\n'
+# An argument of a template that is an `int`, by its sign.
+STATEMENT_END = re.compile(r'[;{}]')
+LISTED_INT = {sign: re.compile(rf'[<,]\s*(?:const\s+|volatile\s+)*(?:{words})\s*[>,]') for sign, words in (
+    (False, r'signed|(?:signed\s+)?int'), (True, r'unsigned(?:\s+int)?'))}
 # A call whose arguments have a `long` of the system's.
 UNDECIDED = re.compile(r"(?:call of overloaded|no matching function for call to) .*?\((?P<types>[^()]*)\)\W*(?:is ambiguous)?$")
 LONG_OF_SYSTEM = re.compile(r'(?:const )?(?:long (?:unsigned )?int|(?:\w+::)*(?:s?size_t|ptrdiff_t|u?intptr_t|size_type))&*')
@@ -121,6 +129,12 @@ class Run:
 
     def start(self):
         return self.words[0][0]
+
+    def end(self):
+        return self.words[-1][0] + len(self.words[-1][1])
+
+    def is_unsigned(self):
+        return 'unsigned' in self.names()
 
 
 # ours: of the sketch or a library of it; start: the offset of the line's first character.
@@ -200,6 +214,7 @@ class Text:
         self.long_32 = long_bits == 32
         self.runs = list(self.find_runs()) if self.long_32 else []
         self.apart = set()  # the starts of runs that take a type of their own
+        self.listed = {run.start() for run in self.runs if self.is_in_a_list(run)}  # those that stay the system's
         self.narrow = set()  # (begin, end) of arguments that get the type that they have on an AVR
 
     def find_stretches(self):
@@ -240,6 +255,18 @@ class Text:
         if names.count('long') == 1 and 'double' not in names:
             yield run
 
+    def is_argument_of_a_template(self, run):
+        return bool(re.search(r'[<,]\s*$', self.code[max(0, run.start() - 80):run.start()]) and re.match(r'\s*[>,]', self.code[run.end():]))
+
+    def is_in_a_list(self, run):
+        """Its statement has is_same<T, …> of it, and of an int with the same sign."""
+        if not self.is_argument_of_a_template(run):
+            return False
+        begin = max(self.code.rfind(end, 0, run.start()) for end in ';{}')
+        end = STATEMENT_END.search(self.code, run.end())
+        statement = self.code[begin + 1:end.start() if end else len(self.code)]
+        return 'is_same' in statement and bool(LISTED_INT[run.is_unsigned()].search(statement))
+
     def converted(self):
         edits = [edit for run in self.runs for edit in self.edits_of_run(run)]
         edits += self.edits_of_literals() + self.edits_of_system_long() if self.long_32 else []
@@ -253,12 +280,13 @@ class Text:
         return ''.join(out) + self.original[at:]
 
     def edits_of_run(self, run):
-        if run.start() in self.apart:
-            unsigned = 'unsigned' in run.names()
+        if run.start() in self.apart | self.listed:
             kept = [word for word in run.names() if word not in ('unsigned', 'signed', 'long', 'int')]
-            last, word = run.words[-1]
-            name = f'qduino_other_long<{"unsigned" if unsigned else "int"}>'
-            return [(run.start(), last + len(word), ' '.join([*kept, name]))]
+            if run.start() in self.apart:
+                name = f'qduino_other_long<{"unsigned" if run.is_unsigned() else "int"}>'
+            else:
+                name = 'qduino_system_unsigned_long' if run.is_unsigned() else 'qduino_system_long'
+            return [(run.start(), run.end(), ' '.join([*kept, name]))]
         long = next(start for start, word in run.words if word == 'long')
         return [(long, long + 4, '    ' if 'int' in run.names() else 'int ')]
 
@@ -315,18 +343,22 @@ class Text:
         return False
 
     def set_apart(self, file, line, column):
-        """The runs in the declaration whose name is here take a type of their own. False: there are none."""
+        """The runs in the declaration whose name is here take a type of their own, those of a template for one type the system's. False: there
+        are none."""
         for place in self.places:
             if place.line != line or place.file != file:
                 continue
             start = place.start + column - 1
             end = next((m.start() for m in re.finditer(r'[{;]', self.code[start:start + 4000])), 0) + start
-            found = {run.start() for run in self.runs if start <= run.start() < end} - self.apart
+            found = [run for run in self.runs if start <= run.start() < end and run.start() not in self.apart | self.listed]
             if found:
-                self.apart |= found
+                starts = {run.start() for run in found}
+                if all(map(self.is_argument_of_a_template, found)):
+                    self.listed |= starts
+                else:
+                    self.apart |= starts
                 return True
         return False
-
 
     def narrow_arguments(self, file, line, column, indexes):
         """The arguments with these indexes, of the call that one of its parentheses here belongs to, are narrowed. False: there are none."""
@@ -450,7 +482,7 @@ def compile_text(text, unit, compiling):
     """Compiles what has become of the text; sets declarations apart until no two are the same. Returns the exit status."""
     for _ in range(ROUNDS):
         head = OTHER_LONG if text.apart and unit.suffix == '.ii' else ''
-        head += NARROWER if text.narrow else ''
+        head += (NARROWER if text.narrow else '') + (SYSTEM_LONGS if text.listed and unit.suffix == '.ii' else '')
         if text.long_32:
             head += declarations_of_system_long(text.code, unit.suffix == '.ii')
         # A word of the language before the pragma would forbid it.

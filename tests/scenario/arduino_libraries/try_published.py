@@ -18,6 +18,7 @@ import re
 import subprocess
 import sys
 import tempfile
+import textwrap
 import time
 
 ROOT = pathlib.Path(__file__).resolve().parents[3]
@@ -100,7 +101,8 @@ def table(trial, chosen):
         counts = [len(examples_of(library, 0)), len(how), there, there - how.count("failed"), how.count("ran")]
         lines.append(f"| {library.name} | {version_of(library)} | " + " | ".join(map(str, counts)) + " |")
         totals = [a + b for a, b in zip(totals, counts)]
-        reasons += [f"- {library.name}: {name}: {why}" for name, (what, why) in results.items() if what in ("failed", "built")]
+        reasons += ["\n".join(textwrap.wrap(f"- {library.name}: {name}: {why.replace('.ino:', ', line ')}", 100, subsequent_indent="  "))
+                    for name, (what, why) in results.items() if what in ("failed", "built")]
     lines.append("| all | | " + " | ".join(map(str, totals)) + " |")
     # A compiler's words are no Markdown.
     return "".join(f"{line}\n" for line in lines), "".join(f"{line.replace('<', '&lt;').replace('|', chr(92) + '|')}\n" for line in reasons)

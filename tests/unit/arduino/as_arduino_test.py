@@ -155,6 +155,19 @@ class Compiled(unittest.TestCase):
         # Whatever else nobody can decide stays an error.
         self.assertIn('is ambiguous', self.compile('double.cpp', 'int f(int);\nint f(unsigned);\nint a = f(1.5);\n', status=1))
 
+    def test_a_list_of_whole_numbers_has_the_type_of_a_size(self):
+        text = ('#include <cstdio>\n#include <cstddef>\n#include <ctime>\n#include <type_traits>\nusing std::is_same;\n'
+                'template <typename T> constexpr bool is_whole = is_same<T, int>::value || is_same<T, unsigned int>::value ||\n'
+                '  is_same<T, signed long>::value || is_same<T, unsigned long>::value;\n'
+                'template <typename T> struct Size { static const int value = 0; };\ntemplate <> struct Size<int> { static const int value = 1; };\n'
+                'template <> struct Size<long> { static const int value = 2; };\n'
+                'template <> struct Size<unsigned int> { static const int value = 3; };\n'
+                'template <> struct Size<unsigned long> : Size<unsigned int> {};\n'
+                'template <typename T> constexpr bool is_long = is_same<T, long>::value;\n'
+                'int main() { std::printf("%d%d%d%d %d%d%d%d %d%d", is_whole<long>, is_whole<unsigned long>, is_whole<size_t>, is_whole<char>, '
+                'Size<long>::value, Size<size_t>::value, Size<std::ptrdiff_t>::value, Size<char>::value, is_long<long>, is_long<time_t>); }\n')
+        self.assertEqual(self.output('list.cpp', text), '1110 1320 10')
+
     def test_a_format_with_a_name_is_not_warned_of(self):
         text = ('#include <stdio.h>\nconst char kWrite[] = "%5ld %lu\\n", kRead[] = "%ld %lx";\nvoid f(long a, unsigned long b) {\n'
                 '  printf(kWrite, a, b);\n  sscanf("1 2", kRead, &a, &b);\n}\n')
