@@ -382,6 +382,24 @@ class Undeclared(unittest.TestCase):
         self.assertEqual(self.said_of(changed(HERE / 'undeclared', 'declared', ('loop(1, 2, 20, 0)', 'loop(1, 2, 20, 0, 12, 10)'))), {})
 
 
+class Clocks(unittest.TestCase):
+    """tests/metal/clocks: what the libraries say of the time, where no system tells them."""
+
+    def test_they_are_the_boards(self):
+        run = Run(HERE / 'clocks', '--for', '0.5')
+        self.assertEqual(run.status, 0, run.report)
+        self.assertIn('setup: 0', run.serial)
+        said = re.search(r'worked (\d+) lasted (\d+) steady (\d+) idle (\d+) others (\d+) date 1 slept 0 wrong -1-1\.', run.serial)
+        self.assertIsNotNone(said, run.serial)
+        worked, lasted, steady, idle, others = map(int, said.groups())
+        self.assertIn(worked, (9, 10, 11))
+        self.assertGreaterEqual(lasted, 30)  # and loop 2 is above
+        self.assertLess(lasted, 45)
+        self.assertLessEqual(abs(steady - lasted), 1)
+        self.assertLessEqual(idle, 1)
+        self.assertIn(others, (4, 5, 6))
+
+
 class Refusal(unittest.TestCase):
     def test_a_sketch_that_does_not_fit_is_refused(self):
         folder = pathlib.Path(CACHE) / 'full'

@@ -4,8 +4,9 @@
 //   write, writev   standard output: Serial's line; standard error: beside it (panic.h), or there
 //   exit_group      the machine is turned off
 //
-// and says "not implemented" to all others. So printf() works as it is, and what needs files, time
-// or processes fails as the library says that it may. entry.S of the architecture calls this.
+// and says "not implemented" to all others. So printf() works as it is, and what needs files or
+// processes fails as the library says that it may. Clocks and waits do not come here (clocks.cpp).
+// entry.S of the architecture calls this.
 #include <cstdint>
 #include <span>
 #include <string_view>

@@ -1,0 +1,56 @@
+// The C library's clocks and waits. musl would look for the clock in a page that a system gives to
+// each of its programs (the vDSO), and there is none: it would follow a null pointer. So clock(),
+// time(), std::chrono's clocks, nanosleep() and std::this_thread::sleep_for() all come here.
+//
+//   CLOCK_MONOTONIC and its kin    since the computer began (machine/clock.h)
+//   CLOCK_REALTIME                 the same: nobody has told this computer the date, so it is 1970
+//   CLOCK_THREAD_CPUTIME_ID        what the calling loop was charged; in setup() nothing
+//   a wait                         the loop sleeps, and others run
+//
+// clock_gettime(2), clock_nanosleep(2); the numbers are Linux's.
+#include <chrono>  // and with it timespec
+#include <cstdint>
+
+#include "board/board.h"
+#include "board/metal/machine/clock.h"
+
+namespace qduino::board::metal {
+namespace {
+
+constexpr int kProcessCpuTime = 2, kThreadCpuTime = 3, kLastClock = 7;
+constexpr int kAbsolute = 1;  // TIMER_ABSTIME
+constexpr int kInvalid = 22;  // EINVAL
+constexpr std::int64_t kSecond = 1'000'000'000;
+
+bool counts_cpu_time(int clock) { return clock == kProcessCpuTime || clock == kThreadCpuTime; }
+
+int tell_time(int clock, timespec* time) {
+    if (clock < 0 || clock > kLastClock) return -1;
+    const Nanoseconds since = counts_cpu_time(clock) ? current().cpu_time() : machine_clock.now() - kEpoch;
+    *time = {since.count() / kSecond, since.count() % kSecond};
+    return 0;
+}
+
+int wait_for(int clock, int flags, const timespec* time) {
+    if (clock < 0 || clock > kLastClock || counts_cpu_time(clock) || time->tv_sec < 0 ||
+        time->tv_sec > INT64_MAX / kSecond / 2 || time->tv_nsec < 0 || time->tv_nsec >= kSecond)
+        return kInvalid;
+    const Nanoseconds length{time->tv_sec * kSecond + time->tv_nsec};
+    current().sleep_until((flags & kAbsolute ? kEpoch : machine_clock.now()) + length);
+    return 0;
+}
+
+}  // namespace
+}  // namespace qduino::board::metal
+
+// musl calls the second of each pair.
+extern "C" {
+int clock_gettime(clockid_t clock, timespec* time) { return qduino::board::metal::tell_time(clock, time); }
+int __clock_gettime(clockid_t clock, timespec* time) { return qduino::board::metal::tell_time(clock, time); }
+int clock_nanosleep(clockid_t clock, int flags, const timespec* time, timespec*) {
+    return qduino::board::metal::wait_for(clock, flags, time);
+}
+int __clock_nanosleep(clockid_t clock, int flags, const timespec* time, timespec*) {
+    return qduino::board::metal::wait_for(clock, flags, time);
+}
+}
