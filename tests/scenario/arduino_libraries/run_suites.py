@@ -98,7 +98,8 @@ class Suite:
         sketch = self.folder / name / part.name / 'suite'
         report = sketch.parent / 'report.xml'
         files, out = list(part.files), []
-        apart = []  # of those: what is alone, for it does not go with the others
+        # What is alone: it sets the library up for itself, or turns out not to go with the others.
+        apart = [file for file in files if '#define ARDUINOJSON_' in file.read_text(encoding='utf-8', errors='replace')]
         while files:
             self.write(sketch, part, files, apart, report)
             built = self.command('build', sketch, part)
