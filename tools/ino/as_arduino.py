@@ -505,28 +505,27 @@ def compile_text(text, unit, compiling):
 
 
 def words_of(folder):
-    """All words in the files that Arduino.h is made of, each between two newlines; they are kept beside it."""
+    """The set of all words in the files that Arduino.h is made of; they are kept beside it."""
     header, kept = (os.path.join(folder, 'Arduino.h' + ending) for ending in ('.gch', '.words'))
     if os.path.exists(kept) and os.path.getmtime(kept) >= os.path.getmtime(header):
-        return pathlib.Path(kept).read_text(encoding='utf-8')
+        return set(pathlib.Path(kept).read_text(encoding='utf-8').split())
     read = pathlib.Path(folder, 'Arduino.h.d').read_text(encoding='utf-8').partition(':')[2].replace('\\\n', ' ').split()
     words = set()
     for file in read:
         words.update(re.findall(r'[A-Za-z_]\w*', pathlib.Path(file).read_text(encoding='utf-8', errors='replace')))
-    text = '\n'.join(['', *sorted(words), ''])
     try:
         own = pathlib.Path(f'{kept}.{os.getpid()}')
-        own.write_text(text, encoding='utf-8')
+        own.write_text('\n'.join(sorted(words)), encoding='utf-8')
         own.replace(kept)
     except OSError:  # as a user who may only read it
         pass
-    return text
+    return words
 
 
 def may_stand_first(text, folder, is_own):
     """True when what a source says before it comes to Arduino.h means the same behind it. `text` is what has become of it with the header
     of `folder` before all, and with its definitions of macros."""
-    own = False
+    own, known = False, None
     for line in text.partition(PREPARED)[2].split('\n')[1:]:
         marker = LINE_MARKER.match(line) if line.startswith('#') else None
         if marker and marker[2] == f'{folder}/Arduino.h' and '1' in marker[3].split():
@@ -537,15 +536,22 @@ def may_stand_first(text, folder, is_own):
             definition = DEFINITION.match(line)
             if not definition or definition[1] == 'undef':
                 return False
-            if not READERS_OF_FLASH.fullmatch(definition[2]) and f'\n{definition[2]}\n' in words_of(folder):
+            if READERS_OF_FLASH.fullmatch(definition[2]):
+                continue
+            known = known or words_of(folder)
+            if definition[2] in known:
                 return False
     return False
 
 
+def by_prepared(command, folder):
+    """The command, with Arduino.h of the prepared folder where one is named."""
+    return [*command, '-I', folder, '-fpch-preprocess'] if folder else command
+
+
 def preprocess(command, unit, folder, is_own):
     """Writes what becomes of the source in `command` into `unit`, by Arduino.h of the prepared folder where one is named. The exit status."""
-    if folder:
-        command = [*command, '-I', folder, '-fpch-preprocess']
+    command = by_prepared(command, folder)
     if folder and os.path.exists(os.path.join(folder, 'Arduino.h.gch')):
         first = ['-include', os.path.join(folder, 'Arduino.h'), '-dD', '-E', '-o', str(unit)]
         done = subprocess.run([*command, *first], capture_output=True, check=False)
@@ -585,11 +591,11 @@ def main():
     output = command[command.index('-o') + 1]
     unit = pathlib.Path(output + ('.i' if source.suffix == '.c' else '.ii'))
     bare = without(without(command, '-c', 1), '-o', 1)
-    status = preprocess([*bare, str(source)], unit, prepared if source.suffix != '.c' else '', is_own)
+    folder = prepared if source.suffix != '.c' else ''
+    status = preprocess([*bare, str(source)], unit, folder, is_own)
     if status != 0:
         return status
-    if prepared and source.suffix != '.c':
-        bare += ['-I', prepared, '-fpch-preprocess']
+    bare = by_prepared(bare, folder)
     long_bits = 64 if ('--long', '64') in options else 32
     text = Text(unit.read_text(encoding='utf-8', errors='surrogateescape'), kept, long_bits, own)
     if ('--main', 'refused') in options and main_of(text):
