@@ -48,11 +48,22 @@ class Chains : public ::testing::Test {
     void add_loop(VcpuId id, Nanoseconds budget, Nanoseconds period, int core) {
         add_loop(id, budget, period, core, [budget] { return budget; });
     }
+    /// Loop 2 asks for twenty times as much for the network's interrupts, and notes the answer.
+    void add_loops_that_ask() {
+        using qduino::arduino::TimeUnit;
+        sketch_.set_setup([] { interruptsVcpu(TimeUnit::ms, board::DeviceClass::nic, 1, 100, 0); });
+        add_loop(1, 1ms, 5ms, 0);
+        add_loop(2, 2ms, 10ms, 0, [this] {
+            granted_ = interruptsVcpu(TimeUnit::ms, board::DeviceClass::nic, 20, 100, 0);
+            return 1ms;
+        });
+    }
     [[nodiscard]] const sched::ChainBound& bound() { return sketch_.runtime().plan().chains().front().bound; }
     [[nodiscard]] const runtime::ChainWatch& seen() { return *sketch_.runtime().chain_watch(0); }
 
     Button button_;
     SketchBench sketch_{button_};
+    bool granted_ = false;
 };
 
 TEST_F(Chains, OneLoopTakesItsWholeBound) {
@@ -105,19 +116,12 @@ TEST_F(Chains, ARingAndAnotherCoreStayWithinTheBound) {
 TEST_F(Chains, AChangeThatBreaksALimitIsRefusedWhileTheLoopsRun) {
     ::Chain chain{"tight"};
     chain.from(2).through(2).to(9).reactsWithin(14500us);
-    static bool granted = true;
-    granted = true;
-    sketch_.set_setup(
-        [] { interruptsVcpu(qduino::arduino::TimeUnit::ms, board::DeviceClass::nic, 1, 100, 0); });
-    add_loop(1, 1ms, 5ms, 0);
-    add_loop(2, 2ms, 10ms, 0, [] {
-        granted = interruptsVcpu(qduino::arduino::TimeUnit::ms, board::DeviceClass::nic, 20, 100, 0);
-        return 1ms;
-    });
+    granted_ = true;
+    add_loops_that_ask();
     ASSERT_TRUE(sketch_.begin());
     const Nanoseconds before = bound().reaction;
     sketch_.run(50ms);
-    EXPECT_FALSE(granted) << "every loop would be admitted, and R of loop 2 would be longer";
+    EXPECT_FALSE(granted_) << "every loop would be admitted, and R of loop 2 would be longer";
     EXPECT_EQ(bound().reaction, before);
     EXPECT_LE(before, 14500us);
 }
@@ -125,19 +129,12 @@ TEST_F(Chains, AChangeThatBreaksALimitIsRefusedWhileTheLoopsRun) {
 TEST_F(Chains, AChangeThatIsGrantedGivesItAnotherBound) {
     ::Chain chain{"wide"};
     chain.from(2).through(2).to(9).reactsWithin(40ms);
-    static bool granted = false;
-    sketch_.set_setup(
-        [] { interruptsVcpu(qduino::arduino::TimeUnit::ms, board::DeviceClass::nic, 1, 100, 0); });
-    add_loop(1, 1ms, 5ms, 0);
-    add_loop(2, 2ms, 10ms, 0, [] {
-        granted = interruptsVcpu(qduino::arduino::TimeUnit::ms, board::DeviceClass::nic, 20, 100, 0);
-        return 1ms;
-    });
+    add_loops_that_ask();
     ASSERT_TRUE(sketch_.begin());
     const Nanoseconds before = bound().reaction;
     EXPECT_EQ(seen().reaction_bound(), before);
     sketch_.run(50ms);
-    ASSERT_TRUE(granted);
+    ASSERT_TRUE(granted_);
     EXPECT_GT(bound().reaction, before);
     EXPECT_EQ(seen().reaction_bound(), bound().reaction) << "what the page shows";
     EXPECT_EQ(seen().age_bound(), bound().age);
