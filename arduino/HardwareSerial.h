@@ -120,7 +120,7 @@ extern HardwareSerial Serial2;
 extern HardwareSerial Serial3;
 
 namespace qduino::arduino {
-/// The same of Serial, for a program that must not link it by itself (apps/host/sketch_main.cpp).
+/// The same of Serial, for a program that must not link it by itself (apps/sketch/sketch_main.cpp).
 void settle_console(int ms);
 void hold_console(bool held);
 [[nodiscard]] const char* console_lost();

@@ -7,7 +7,7 @@
 #   QDUINO_METAL                            they can be built here; QDUINO_NO_METAL says why not
 
 # Images of another architecture than this computer's: a build of their own, of their libraries
-# alone (target metal-aarch64 of apps/qduino).
+# alone (target metal-aarch64 of qduino).
 option(QDUINO_METAL_ONLY "Build only what images for the toolchain's architecture are linked with" OFF)
 
 set(QDUINO_MUSL_LIBRARY /usr/lib/x86_64-linux-musl/libc.a)

@@ -73,14 +73,14 @@ set(QDUINO_COMPUTES
 # takes a quarter off the time to compile them. These compute, or measure what stands in their own
 # files.
 set(QDUINO_COMPUTING_PROGRAMS
-    printer printer-sim virtual-machine app_printer_sim app_virtual_machine app_inspect app_live_guarantee app_serial app_link app_port
+    printer printer-sim virtual-machine app_printer_sim app_virtual_machine qduino_inspect qduino_live_guarantee qduino_serial app_port
     printer-port bench-channel bench-motion bench-plan bench-pulse-train bench-seam bench-steps)
 
 function(qduino_optimise name)
   file(RELATIVE_PATH folder ${CMAKE_SOURCE_DIR} ${CMAKE_CURRENT_SOURCE_DIR})
   if(QDUINO_FUZZ AND NOT name IN_LIST QDUINO_COMPUTES)
     target_compile_options(${name} PRIVATE -O0)
-  elseif(folder MATCHES "^(apps|bench)/|^web$" AND NOT name IN_LIST QDUINO_COMPUTING_PROGRAMS)
+  elseif(folder MATCHES "^(apps|bench)/|^(web|qduino|terminal|config|report|rights|link|vcpu|serial|inspect|beside|doctor)(/|$)" AND NOT name IN_LIST QDUINO_COMPUTING_PROGRAMS)
     target_compile_options(${name} PRIVATE $<$<CONFIG:RelWithDebInfo>:-O1>)
   endif()
 endfunction()

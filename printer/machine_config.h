@@ -1,7 +1,7 @@
 // What kind of printer this is: the numbers that differ between printers, and nothing else.
 //
 // The defaults are the reference machine: the Printrbot Simple Metal of the paper (section IV),
-// with the heated-bed kit. apps/machine_file reads the TOML form of this structure. Units here are
+// with the heated-bed kit. config reads the TOML form of this structure. Units here are
 // SI seconds and millimetres.
 #pragma once
 

@@ -47,15 +47,59 @@ ARROWS = {
     "printer/machine": {"base", "channel", "printer", "printer/gcode", "printer/motion", "printer/step", "printer/heat", "printer/link"},
     "printer/estimate": {"base", "channel", "device", "printer", "printer/gcode", "printer/motion", "printer/link", "printer/heat", "printer/step",
                          "printer/preflight", "printer/machine"},
+    "printer/facts": {"base", "printer", "printer/preflight", "printer/estimate"},
     "twin": {"base", "channel", "board", "device"},
     # These two know the printer by its link alone, and by the machine's numbers.
     "spool": {"base", "posix", "channel", "printer", "printer/link"},
     "web": {"base", "posix", "channel", "printer", "printer/link", "spool"},
+    # What programs are made of. Some of these know what a concrete board offers (MAY_NAME_A_BOARD).
+    "arduino/metal": {"arduino", "base", "board", "board/metal"},
+    "terminal": {"base", "posix"},
+    "rights": {"base", "posix"},
+    "report/picture": {"base", "posix", "sched", "terminal"},
+    "report/pin": {"base", "board", "posix", "report/picture", "terminal"},
+    "report": {"base", "board", "board/sim", "posix", "report/picture", "runtime", "sched", "terminal"},
+    "config": {"base", "board", "board/linux/kernel", "board/sim", "device", "posix", "printer", "printer/gcode", "terminal", "twin", "web"},
+    "link": {"base", "posix", "printer/link", "report", "runtime"},
+    "vcpu": {"base", "board", "board/linux/computer", "board/linux/kernel", "posix", "report", "terminal"},
+    "serial": {"base", "posix", "printer/gcode", "printer/link"},
+    "inspect": {"base", "channel", "posix", "twin"},
+    "beside": {"base", "board", "board/linux/computer", "board/linux/kernel", "board/linux/pin", "board/window", "link", "posix", "printer/link",
+               "terminal"},
+    "doctor": {"base", "beside", "board/linux/computer", "board/linux/kernel", "posix", "terminal"},
+    # The command for sketches: what all its commands need at the bottom, the commands on top.
+    "qduino/build": {"base", "board/linux/pin", "posix", "qduino/common", "qduino/library", "report/pin", "terminal"},
+    "qduino/common": {"base", "posix"},
+    "qduino/ide": {"base", "posix", "qduino/build", "qduino/common", "qduino/upload", "terminal"},
+    "qduino/library": {"base", "posix", "qduino/common", "spool", "terminal"},
+    "qduino/metal": {"base", "board/window", "posix", "qduino/common", "qduino/trace"},
+    "qduino/monitor": {"base", "posix", "qduino/upload", "serial", "terminal"},
+    "qduino/trace": {"base", "board", "board/linux/loop", "posix", "qduino/build", "report", "report/picture", "report/pin", "terminal"},
+    "qduino/upload": {"base", "board/linux/kernel", "posix", "qduino/common", "qduino/library", "terminal"},
+    "qduino": {"base", "beside", "board/linux/kernel", "board/linux/loop", "config", "doctor", "posix", "qduino/build", "qduino/common", "qduino/ide",
+               "qduino/library", "qduino/metal", "qduino/monitor", "qduino/trace", "qduino/upload", "report", "report/picture", "report/pin",
+               "terminal", "vcpu"},
+    # The programs. None includes another.
+    "apps/launcher": {"base", "board", "board/linux/kernel", "board/linux/pin", "config", "link", "posix", "rights", "terminal", "vcpu", "web"},
+    "apps/metal_printer": {"arduino", "arduino/metal", "base", "board", "board/metal", "printer", "printer/facts", "printer/link",
+                           "printer/preflight", "spool", "web"},
+    "apps/name": {"base", "rights", "terminal"},
+    "apps/port": {"base", "board/linux/kernel", "link", "posix", "printer/gcode", "printer/link", "rights", "sched", "serial", "terminal"},
+    "apps/printd": {"base", "config", "inspect", "link", "posix", "printer", "printer/estimate", "printer/facts", "printer/gcode", "printer/link",
+                    "printer/preflight", "rights", "serial", "spool", "terminal", "web"},
+    "apps/printer": {"board/linux", "config", "link", "posix", "report", "runtime", "terminal"},
+    "apps/printer_sim": {"base", "board", "board/sim", "config", "inspect", "link", "posix", "printer", "printer/estimate", "printer/gcode",
+                         "printer/link", "printer/preflight", "report", "report/picture", "runtime", "spool", "terminal", "twin"},
+    "apps/sketch": {"arduino", "arduino/metal", "base", "board/linux", "board/metal", "board/sim", "config", "posix", "report", "report/picture",
+                    "report/pin", "runtime", "terminal"},
+    "apps/supervisor": {"base", "board/linux/kernel", "board/linux/pin", "board/window", "link", "posix", "terminal"},
+    "apps/virtual_machine": {"base", "board/linux/kernel", "board/linux/pin", "config", "inspect", "posix", "terminal", "twin"},
 }
-EACH_PART_HAS_A_ROW = ("printer", "board/linux")
+EACH_PART_HAS_A_ROW = ("printer", "board/linux", "apps", "qduino")
 CONCRETE_BOARDS = {"board/linux", "board/sim", "board/metal"}
-MAY_INCLUDE_ANYTHING = {"apps", "sketches", "tests", "bench"}
-MAY_NAME_A_BOARD = {"apps", "tests", "bench"}
+MAY_INCLUDE_ANYTHING = {"sketches", "tests", "bench"}
+# And the rooms whose row names one: the programs and what they are made of.
+MAY_NAME_A_BOARD = {"tests", "bench", "arduino/metal", "beside", "config", "doctor", "qduino", "report", "vcpu"}
 SOURCES = (".h", ".cpp", ".ino")
 
 
@@ -67,6 +111,10 @@ def folder_of(path):
         if room in ARROWS or "/".join(parts[: depth - 1]) in EACH_PART_HAS_A_ROW:
             return room
     return parts[0] if parts else None
+
+
+def may_name_a_board(room):
+    return room in MAY_NAME_A_BOARD or room is not None and room.startswith(("apps/", "qduino/"))
 
 
 def concrete_board(room):
@@ -87,8 +135,8 @@ def include_offences(path, text):
                 yield number, f"{part} has no row in ARROWS (give it one)"
         if there not in ARROWS:
             continue
-        if concrete_board(there) and here not in MAY_NAME_A_BOARD and concrete_board(here) != concrete_board(there):
-            yield number, f"{here} names a concrete board ({target}); only apps do"
+        if concrete_board(there) and not may_name_a_board(here) and concrete_board(here) != concrete_board(there):
+            yield number, f"{here} names a concrete board ({target}); only programs and what they are made of do"
         if here in MAY_INCLUDE_ANYTHING or here == there or here not in ARROWS:
             continue
         allowed = ARROWS[here]
@@ -177,8 +225,8 @@ def banned(path, text):
 # Rooms whose programs root runs beside other users. There a file is opened by posix/guarded_file.h,
 # by another function of posix/, or here, for a reason:
 OPENS_A_FILE = re.compile(r"(?<![\w.>])(?:::open|::creat|::openat|std::fopen|::fopen)\s*\(|\bstd::[io]?fstream\b")
-ROOTS_ROOMS = ("board/linux/", "apps/launcher/", "apps/link/", "apps/port/", "apps/printd/", "apps/printer/", "apps/rights/", "apps/supervisor/",
-               "apps/virtual_machine/", "apps/vcpu/")
+ROOTS_ROOMS = ("board/linux/", "apps/launcher/", "link/", "apps/port/", "apps/printd/", "apps/printer/", "rights/", "apps/supervisor/",
+               "apps/virtual_machine/", "vcpu/")
 MAY_OPEN = {
     "board/linux/pin/bus_device.cpp": "a device",
     "board/linux/pin/gpio_pin.cpp": "a device",
@@ -193,11 +241,11 @@ MAY_OPEN = {
     "apps/launcher/kept_process.cpp": "/dev/null",
     "apps/launcher/link_giver.cpp": "its own descriptor, anew",
     "apps/launcher/run_log.cpp": "with O_EXCL and O_NOFOLLOW, by the rights of the service's user",
-    "apps/link/link_file.cpp": "with O_EXCL, or with O_NOFOLLOW as a service that has no rights",
+    "link/link_file.cpp": "with O_EXCL, or with O_NOFOLLOW as a service that has no rights",
     "apps/printd/analyzer.cpp": "a service that has no rights",
-    "apps/printd/state_folder.cpp": "on descriptors, with O_NOFOLLOW, after the folder is closed",
-    "apps/rights/own_view.cpp": "what is to be seen, by O_PATH; new files in an empty root",
-    "apps/supervisor/starter.cpp": "memory without a name, by an inherited descriptor",
+    "rights/state_folder.cpp": "on descriptors, with O_NOFOLLOW, after the folder is closed",
+    "rights/own_view.cpp": "what is to be seen, by O_PATH; new files in an empty root",
+    "board/linux/pin/starter.cpp": "memory without a name, by an inherited descriptor",
     "apps/virtual_machine/main.cpp": "a lock of root in a folder of root",
 }
 
@@ -252,7 +300,14 @@ def self_test():
         ("printer/heat/a.cpp", '#include "printer/step/player.h"\n', "may not include"),
         ("printer/machine/a.cpp", '#include "printer/preflight/facts.h"\n', "may not include"),
         ("printer/new/a.cpp", '#include "base/time.h"\n', "no row"),
-        ("apps/a.cpp", '#include "printer/new/a.h"\n', "no row"),
+        ("apps/printd/a.cpp", '#include "printer/new/a.h"\n', "no row"),
+        ("apps/new/a.cpp", '#include "base/time.h"\n', "no row"),
+        ("apps/launcher/a.cpp", '#include "apps/printd/options.h"\n', "may not include"),
+        ("apps/name/a.cpp", '#include "board/linux/kernel/clock.h"\n', "may not include"),
+        ("qduino/new/a.cpp", '#include "base/time.h"\n', "no row"),
+        ("qduino/common/a.cpp", '#include "qduino/build/tool_commands.h"\n', "may not include"),
+        ("terminal/a.cpp", '#include "report/guarantee_report.h"\n', "may not include"),
+        ("link/a.cpp", '#include "board/linux/kernel/clock.h"\n', "concrete board"),
         ("board/linux/kernel/a.cpp", '#include "board/linux/computer/core_lock.h"\n', "may not include"),
         ("board/linux/computer/a.cpp", '#include "board/linux/loop/crew.h"\n', "may not include"),
         ("board/linux/pin/a.cpp", '#include "board/linux/loop/crew.h"\n', "may not include"),
@@ -274,9 +329,10 @@ def self_test():
     clean = [*offences("spool/a.cpp", '#include "printer/link/layout.h"\n#include "printer/machine_config.h"\n'),
              *offences("printer/machine/a.cpp", '#include "printer/heat/pid.h"\n#include "printer/machine/state.h"\n'),
              *offences("board/linux/loop/a.cpp", '#include "board/linux/kernel/clock.h"\n'),
-             *offences("apps/a.cpp", '#include "board/linux/kernel/clock.h"\n'),
+             *offences("apps/port/a.cpp", '#include "board/linux/kernel/clock.h"\n'),
+             *offences("tests/a.cpp", '#include "board/linux/kernel/clock.h"\n'),
              *offences("board/linux/a.cpp", "#include <unistd.h>\nauto a = posix::open_guarded(path, O_RDONLY);\n"),
-             *offences("apps/qduino/a.cpp", "std::ifstream in{path};\n"), *offences("sched/a.cpp", "#include <cstdint>\n"),
+             *offences("qduino/a.cpp", "std::ifstream in{path};\n"), *offences("sched/a.cpp", "#include <cstdint>\n"),
              *offences("tests/unit/base/time_test.cpp", "namespace qduino::time_test {\n")]
     return tree_check.failed_cases(cases, clean, offences)
 

@@ -4,7 +4,7 @@
     PREFIX/lib/qduino/           bin/ (qduino, its supervisor, a virtual machine), include/, lib/, tools/, qduino-sdk.json
     PREFIX/share/                the manual page, completions for bash, zsh and fish
 
-The programs find qduino-sdk.json beside themselves (apps/qduino/sdk.cpp); the paths in it are relative to it.
+The programs find qduino-sdk.json beside themselves (qduino/common/sdk.cpp); the paths in it are relative to it.
 
 What root installs is for everybody: all users may read it, whatever root's umask and the modes in the source tree, and the programs that it
 names are such as all users can run. The build's Python may be in root's home.

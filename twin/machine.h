@@ -5,7 +5,7 @@
 // see the printer's configuration. The defaults are the same reference machine (the paper's
 // Printrbot Simple Metal with the heated-bed kit), written down a second time: a wrong steps/mm in
 // either shows as a part of the wrong size. That check is lost where an app makes the twin from the
-// printer's own machine file (apps/machine_file/twin_machine.h); printer-sim's --twin-machine gives
+// printer's own machine file (config/twin_machine.h); printer-sim's --twin-machine gives
 // the twin a file of its own.
 #pragma once
 

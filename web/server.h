@@ -60,7 +60,7 @@ struct ServerOptions {
     std::uint16_t port = 0;                   ///< 0: any free one
     std::shared_ptr<const TlsContext> tls{};  ///< null: nothing is encrypted
     /// A stream socket for `address`, neither bound nor listening; −1: one is made. It belongs to
-    /// the network in which it was made, which the process may have left (apps/rights/own_view.h).
+    /// the network in which it was made, which the process may have left (rights/own_view.h).
     int socket = -1;
     DoorLimits door;  ///< fewer, when descriptors are few
     ConnectionLimits limits;

@@ -9,13 +9,13 @@
 #include <algorithm>
 
 #include "apps/launcher/run_log.h"
-#include "apps/terminal/message.h"
 #include "base/text.h"
 #include "base/whole_number.h"
 #include "board/linux/kernel/kernel_text.h"
 #include "posix/guarded_file.h"
 #include "posix/system_error.h"
 #include "posix/unique_fd.h"
+#include "terminal/message.h"
 
 namespace qduino::launcher {
 namespace {

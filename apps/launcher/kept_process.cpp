@@ -12,11 +12,11 @@
 #include <thread>
 #include <utility>
 
-#include "apps/launcher/run_lock.h"
-#include "apps/rights/rights.h"
-#include "apps/terminal/message.h"
 #include "board/linux/kernel/clock.h"
+#include "board/linux/kernel/run_lock.h"
 #include "posix/system_error.h"
+#include "rights/rights.h"
+#include "terminal/message.h"
 
 namespace qduino::launcher {
 namespace {
@@ -42,7 +42,7 @@ constexpr std::size_t kLineMax = 4096;
     }
     if (output >= 0) ::dup2(output, STDOUT_FILENO);
     plan.in_child();
-    if (const Result<void> bound = apps::bound_capabilities(plan.rights); !bound) {
+    if (const Result<void> bound = rights::bound_capabilities(plan.rights); !bound) {
         apps::say(bound.error().message, "run: ");
         ::_exit(1);
     }
@@ -59,7 +59,7 @@ constexpr std::size_t kLineMax = 4096;
 Result<void> KeptProcess::start(Instant now) {
     UniqueFd lock;  // its children's alone: closed here at the end
     if (!plan_.locks.empty()) {
-        QDUINO_TRY_ASSIGN(lock, lock_file(plan_.locks, Nanoseconds{0}));
+        QDUINO_TRY_ASSIGN(lock, board::linux::lock_file(plan_.locks, Nanoseconds{0}));
     }
     QDUINO_TRY(plan_.before_start());
     UniqueFd to_child;

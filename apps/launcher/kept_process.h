@@ -39,7 +39,7 @@ struct ProcessPlan {
     std::function<void()> after_end = [] {};
     /// Before each start, in this process. An error: it is tried again later.
     std::function<Result<void>()> before_start = [] { return Result<void>{}; };
-    /// The rights of root that the program may have (apps/rights/rights.h).
+    /// The rights of root that the program may have (rights/rights.h).
     std::span<const int> rights;
     /// In the child, before it becomes the program: what it enters.
     std::function<void()> in_child = [] {};

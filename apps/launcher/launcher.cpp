@@ -12,18 +12,18 @@
 #include "apps/launcher/first_screen.h"
 #include "apps/launcher/needed_rights.h"
 #include "apps/launcher/network_words.h"
-#include "apps/link/link_file.h"
-#include "apps/machine_file/machine_file.h"
-#include "apps/printd/state_folder.h"
-#include "apps/rights/rights.h"
-#include "apps/terminal/human.h"
-#include "apps/terminal/message.h"
 #include "board/linux/kernel/clock.h"
 #include "board/linux/kernel/host_settings.h"
 #include "board/linux/kernel/kernel_text.h"
+#include "config/machine_file.h"
+#include "link/link_file.h"
 #include "posix/guarded_file.h"
 #include "posix/small_file.h"
 #include "posix/system_error.h"
+#include "rights/rights.h"
+#include "rights/state_folder.h"
+#include "terminal/human.h"
+#include "terminal/message.h"
 #include "web/forwarded.h"
 
 namespace qduino::launcher {
@@ -71,7 +71,7 @@ Error already_running(const fs::path& state, const std::string& holders, const S
 /// The lock, by the rights of the service's user.
 Result<posix::UniqueFd> lock_as(const ServiceUser& service, const fs::path& file, Nanoseconds patience) {
     const posix::ActingAs him{service.user, service.group};
-    return lock_file(file, patience);
+    return board::linux::lock_file(file, patience);
 }
 
 /// Takes the lock on the state folder. Waits for the processes of a killed launcher, which are
@@ -81,16 +81,16 @@ Result<posix::UniqueFd> take_state(const fs::path& state, const ServiceUser& ser
     const fs::path file = state / "run.lock";
     auto lock = lock_as(service, file, Nanoseconds{0});
     if (lock || lock.error().code != ErrorCode::already_exists) return lock;
-    const std::vector<Holder> holders = holders_of(file);
-    for (const Holder& holder : holders) {
+    const std::vector<board::linux::LockHolder> holders = board::linux::holders_of(file);
+    for (const board::linux::LockHolder& holder : holders) {
         // The kernel keeps 15 bytes of a name; the sketch is called `printer`.
         if (holder.name == kProgramName.substr(0, 15))
-            return already_running(state, names_of(holders), service);
+            return already_running(state, board::linux::names_of(holders), service);
     }
-    say_first("waiting for the processes of an earlier run to end: " + names_of(holders));
+    say_first("waiting for the processes of an earlier run to end: " + board::linux::names_of(holders));
     lock = lock_as(service, file, kPatience);
     if (lock || lock.error().code != ErrorCode::already_exists) return lock;
-    return already_running(state, names_of(holders_of(file)), service);
+    return already_running(state, board::linux::names_of(board::linux::holders_of(file)), service);
 }
 
 /// "interrupts 9, task groups 2, …": the lines of a settings state file
@@ -146,19 +146,19 @@ Result<std::unique_ptr<Launcher>> Launcher::open(Options options) {
     const bool is_another = !o.service_user.empty();
     if (is_another) {
         QDUINO_TRY_ASSIGN(made->service_, find_or_make_user(o.service_user));
-        QDUINO_TRY(printd::hand_over_state(o.state, made->service_.user, made->service_.group));
+        QDUINO_TRY(rights::hand_over_state(o.state, made->service_.user, made->service_.group));
     }
     QDUINO_TRY_ASSIGN(made->state_lock_, take_state(o.state, made->service_));
-    QDUINO_TRY(apps::keep_capabilities(kLauncherRights));
+    QDUINO_TRY(rights::keep_capabilities(kLauncherRights));
     {
         const posix::ActingAs service = made->as_service();
         fs::remove(o.state / "address", error);
         QDUINO_TRY_ASSIGN(made->log_, RunLog::make(o.state));
     }
-    if (const int swept = MemoryFolder::sweep(MemoryFolder::kParent); swept > 0)
+    if (const int swept = board::linux::MemoryFolder::sweep(board::linux::MemoryFolder::kParent); swept > 0)
         made->say("removed what " + apps::counted(swept, "killed run") + " had left in memory");
-    QDUINO_TRY_ASSIGN(made->memory_,
-                      MemoryFolder::make(MemoryFolder::kParent,
+    QDUINO_TRY_ASSIGN(made->memory_, board::linux::MemoryFolder::make(
+                                         board::linux::MemoryFolder::kParent,
                                          is_another ? std::optional{made->service_.group} : std::nullopt));
     QDUINO_TRY(made->make_services_folder());
     made->link_ = LinkGiver{made->memory_.file("link")};
@@ -315,7 +315,7 @@ void Launcher::plan_service() {
     plan.rights = kServiceRights;
     if (!options_.service_user.empty())
         plan.command.insert(plan.command.end(), {"--run-as", options_.service_user});
-    for (std::string& word : printd::words_of(options_.service)) plan.command.push_back(std::move(word));
+    for (std::string& word : apps::words_of(options_.service)) plan.command.push_back(std::move(word));
     if (!options_.serial_port.empty())
         plan.command.insert(plan.command.end(), {"--serial-port", services_port()});
     if (!options_.serial_port.empty() && options_.serial_port != kPty)

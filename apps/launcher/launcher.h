@@ -19,7 +19,7 @@
 //                      then both start again
 //   virtual machine    a printer whose power failed: it comes back cold, and the sketch is started
 //                      anew with it
-//   this launcher      the supervisor sees it (apps/supervisor/starter.h), kills the sketch, and
+//   this launcher      the supervisor sees it (board/linux/pin/starter.h), kills the sketch, and
 //                      the pins are safe. The kernel asks all others to end (kept_process.h). The
 //                      virtual machine is the last: it stays while a process of the sketch's side
 //                      lives, as a real one would (the folder's file "sketch.lock")
@@ -33,14 +33,15 @@
 
 #include "apps/launcher/kept_process.h"
 #include "apps/launcher/link_giver.h"
-#include "apps/launcher/run_lock.h"
 #include "apps/launcher/run_log.h"
 #include "apps/launcher/service_user.h"
 #include "apps/launcher/service_vcpu.h"
 #include "apps/launcher/sketch_report.h"
-#include "apps/printd/service_options.h"
-#include "apps/supervisor/starter.h"
 #include "base/result.h"
+#include "board/linux/kernel/memory_folder.h"
+#include "board/linux/kernel/run_lock.h"
+#include "board/linux/pin/starter.h"
+#include "config/service_options.h"
 #include "posix/acting_as.h"
 #include "posix/unique_fd.h"
 
@@ -60,7 +61,7 @@ struct Options {
     int port = 8080;
     double speed = 0;  ///< of the simulator; 0: in real time, on this machine
     bool isolate = false;
-    printd::ServiceOptions service;
+    apps::ServiceOptions service;
     /// The budget of the service in each 100 ms of core 0; nothing: it is an ordinary process.
     std::optional<Nanoseconds> service_budget = kServiceBudget;
     /// Asked for: it is not made smaller when it does not fit.
@@ -117,10 +118,10 @@ class Launcher {
     posix::UniqueFd state_lock_;
     RunLog log_;
     SketchReport sketch_report_;
-    supervisor::StarterLife life_;
+    board::linux::StarterLife life_;
     std::string kept_report_;  // as it was written last
     Instant looked_at_{};
-    MemoryFolder memory_;
+    board::linux::MemoryFolder memory_;
     LinkGiver link_;
     std::unique_ptr<ServiceVcpu> service_vcpu_;
     std::vector<std::unique_ptr<KeptProcess>> processes_;  // in the order of their start

@@ -6,7 +6,7 @@
 
 #include <cstdio>
 
-#include "apps/link/link_file.h"
+#include "link/link_file.h"
 #include "posix/local_socket.h"
 #include "posix/small_file.h"
 #include "posix/system_error.h"

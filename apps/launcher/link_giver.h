@@ -6,7 +6,7 @@
 //   look()           the sketch has completed it: from now on it is given out
 //   serve()          DIR/link, a socket: who connects is given a descriptor of his own
 //
-// The socket has a new inode for each run, as a link file would (apps/link/link_file.h). The object
+// The socket has a new inode for each run, as a link file would (link/link_file.h). The object
 // of a dead sketch is given out until the next one has completed its own: the service reads in it
 // how that died.
 #pragma once

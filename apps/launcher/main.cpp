@@ -7,12 +7,12 @@
 #include <cstdio>
 #include <thread>
 
-#include "apps/command_line/command_line.h"
 #include "apps/launcher/first_screen.h"
 #include "apps/launcher/launcher.h"
-#include "apps/terminal/program.h"
 #include "base/whole_number.h"
 #include "board/linux/kernel/host_settings.h"
+#include "terminal/command_line.h"
+#include "terminal/program.h"
 #include "web/certificate.h"
 #include "web/forwarded.h"
 
@@ -83,7 +83,7 @@ int main(int argc, char** argv) {
     line.option("--speed", options.speed, "in the simulator, so many times as fast").within(0.01, 10000.0);
     line.option("--machine", options.machine, "machine file (TOML)").existing_file();
     line.flag("--no-isolate", no_isolate, "as root: leave this machine's cores as they are");
-    printd::declare_service_options(line, options.service);
+    apps::declare_service_options(line, options.service);
     std::string service_budget;
     line.option("--service-budget", service_budget,
                 "the print service's CPU time in each 100 ms of core 0; max: no budget (default: 10, or "
@@ -99,7 +99,7 @@ int main(int argc, char** argv) {
     if (const auto status = line.parse(argc, argv)) return *status;
     if (report) return print_report(options.state);
     if (options.ui.empty()) return fail("give the folder of the page's files with --ui");
-    if (const std::string wrong = printd::problem_of(options.service); !wrong.empty())
+    if (const std::string wrong = apps::problem_of(options.service); !wrong.empty())
         return line.refuse(wrong);
     if (options.listen.empty()) options.listen = lan ? "::" : "127.0.0.1";
     if (lan && options.service.name.empty()) options.service.name = name_of_this_computer();

@@ -8,9 +8,9 @@
 #include <array>
 #include <ctime>
 
-#include "apps/terminal/message.h"
 #include "posix/small_file.h"
 #include "posix/system_error.h"
+#include "terminal/message.h"
 
 namespace qduino::launcher {
 namespace {

@@ -8,7 +8,7 @@
 #include <array>
 #include <vector>
 
-#include "apps/terminal/message.h"
+#include "terminal/message.h"
 
 namespace qduino::launcher {
 namespace {

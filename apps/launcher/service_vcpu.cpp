@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "apps/vcpu/vcpu_report.h"
 #include "board/linux/kernel/clock.h"
 #include "posix/guarded_file.h"
+#include "vcpu/vcpu_report.h"
 
 namespace qduino::launcher {
 namespace {

@@ -15,10 +15,10 @@
 #include <optional>
 #include <string>
 
-#include "apps/vcpu/process_vcpu.h"
 #include "base/time.h"
 #include "board/guarantee.h"
 #include "board/linux/kernel/cpu_group.h"
+#include "vcpu/process_vcpu.h"
 
 namespace qduino::launcher {
 

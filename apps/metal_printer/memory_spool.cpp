@@ -4,7 +4,7 @@
 #include <cstring>
 #include <utility>
 
-#include "apps/analysis/facts_json.h"
+#include "printer/facts/facts_json.h"
 #include "printer/link/frame.h"
 #include "printer/preflight/preflight.h"
 
@@ -29,11 +29,12 @@ Result<std::string> checked_facts(const printer::MachineConfig& machine, std::st
     preflight->feed({bytes.data(), bytes.size()});
     const printer::preflight::Facts& facts = preflight->finish();
     if (facts.accepted() || facts.errors.empty())
-        return facts_json(facts, {}).dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+        return printer::facts_json(facts, {}).dump(-1, ' ', false,
+                                                   nlohmann::ordered_json::error_handler_t::replace);
     const bool is_gcode = facts.content == printer::gcode::Content::gcode;
     const printer::preflight::Finding& first = facts.errors[0];
     return make_error(is_gcode ? ErrorCode::out_of_range : ErrorCode::unsupported, "line ", first.line, ": ",
-                      sentence_of(first));
+                      printer::sentence_of(first));
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // The printer as an image for one core that Linux gives up: the printer of sketches/printer, with
-// its loops on that core, and its link where Linux's side finds it (apps/beside/link_relay.h).
+// its loops on that core, and its link where Linux's side finds it (beside/link_relay.h).
 //
 //   core 1   ▐███ loop 2 ███▌ 1, 3 ▐███ loop 2 ███▌ 1, 3 ▐███       loop 2: 300 of each 500 us
 //

@@ -10,9 +10,9 @@
 #include <string>
 
 #include "PrinterWiring.h"
-#include "apps/metal/loader_words.h"
 #include "apps/metal_printer/memory_spool.h"
 #include "apps/metal_printer/web_server.h"
+#include "arduino/metal/loader_words.h"
 #include "base/text.h"
 #include "board/board.h"
 #include "board/metal/driver/emulator_files.h"
@@ -79,7 +79,8 @@ class Service {
                                       : text<std::string>("printer: ", listening.error().message, '\n'));
     }
 
-    std::string key_ = loader_word("key").empty() ? random_digits() : loader_word("key");
+    std::string key_ =
+        arduino::metal::loader_word("key").empty() ? random_digits() : arduino::metal::loader_word("key");
     MemorySpool spool_;
     WebServer server_;
     bool listens_ = false;

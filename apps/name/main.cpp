@@ -3,10 +3,10 @@
 #include <csignal>
 #include <cstdio>
 
-#include "apps/command_line/command_line.h"
 #include "apps/name/announcer.h"
-#include "apps/printd/privileges.h"
-#include "apps/terminal/program.h"
+#include "rights/privileges.h"
+#include "terminal/command_line.h"
+#include "terminal/program.h"
 
 int main(int argc, char** argv) {
     using namespace qduino;
@@ -22,7 +22,7 @@ int main(int argc, char** argv) {
     if (const auto status = line.parse(argc, argv)) return *status;
     const apps::Fail fail{"printer-name: "};
     if (!user.empty()) {
-        if (const Result<void> became = printd::become(user, state); !became) return fail(became.error());
+        if (const Result<void> became = rights::become(user, state); !became) return fail(became.error());
     }
     const int signals = apps::block_and_watch({SIGINT, SIGTERM});
     int status = 0;

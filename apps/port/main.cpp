@@ -7,10 +7,10 @@
 #include <csignal>
 #include <cstdio>
 
-#include "apps/command_line/command_line.h"
 #include "apps/port/port_relay.h"
-#include "apps/printd/privileges.h"
-#include "apps/terminal/program.h"
+#include "rights/privileges.h"
+#include "terminal/command_line.h"
+#include "terminal/program.h"
 
 namespace {
 
@@ -44,7 +44,7 @@ Result<void> run(const Options& options) {
         QDUINO_TRY_ASSIGN(port, apps::SerialPort::open_device(options.port));
     }
     if (::geteuid() == 0) keep_rights();
-    if (!options.user.empty()) QDUINO_TRY(printd::become(options.user, options.state));
+    if (!options.user.empty()) QDUINO_TRY(rights::become(options.user, options.state));
     if (!port) {
         QDUINO_TRY_ASSIGN(port, apps::SerialPort::make_pty(options.state / "serial"));
     }

@@ -10,7 +10,7 @@
 //
 // The port is read at any time, whatever the service does. Bytes that it does not take are held up
 // to a bound, and from there on dropped by whole lines, with a sign in their place. The service
-// asks for them again (apps/serial/held_lines.h).
+// asks for them again (serial/held_lines.h).
 //
 // The socket is connected while a host is there: the service sees a host come and go so. Bytes for
 // a service that is not there are scanned, and lost.
@@ -21,13 +21,13 @@
 #include <filesystem>
 #include <string>
 
-#include "apps/link/link_file.h"
 #include "apps/port/port_vcpu.h"
-#include "apps/serial/held_lines.h"
-#include "apps/serial/serial_port.h"
 #include "base/time.h"
+#include "link/link_file.h"
 #include "posix/unique_fd.h"
 #include "printer/gcode/emergency_scanner.h"
+#include "serial/held_lines.h"
+#include "serial/serial_port.h"
 
 namespace qduino::port {
 

@@ -2,8 +2,8 @@
 
 #include <utility>
 
-#include "apps/supervisor/importance.h"
 #include "board/linux/kernel/clock.h"
+#include "board/linux/kernel/importance.h"
 #include "board/linux/kernel/real_time_thread.h"
 
 namespace qduino::port {
@@ -17,12 +17,12 @@ void PortVcpu::follow(const printer::link::PortVcpu* published) {
     if (place == place_) return;
     place_ = place;
     server_.reset();
-    supervisor::step_down();
+    importance::step_down();
     if (place.priority == 0) return;
     const sched::VcpuParameters parameters{place.budget, place.period};
     if (!parameters.valid() || place.client <= Nanoseconds{0}) return;
     static_cast<void>(board::linux::pin_to_core(place.core));
-    supervisor::rise(place.priority);
+    importance::rise(place.priority);
     // What it took to get here (memory is locked, so all of it is made) is not a turn's.
     server_.emplace(parameters, monotonic_now(), Nanoseconds{}, place.client);
     server_->activate(monotonic_now(), place.client);

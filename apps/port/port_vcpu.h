@@ -8,7 +8,8 @@
 //             └─ sleeps until (eligible + used/U)   └─ charged
 //
 // A turn is short and bounded, so an M112 waits for budget for at most one period of the client:
-// loop 3's 8 ms. Should a turn never end, the kernel takes the rank (apps/supervisor/importance.h).
+// loop 3's 8 ms. Should a turn never end, the kernel takes the rank
+// (board/linux/kernel/importance.h).
 #pragma once
 
 #include <optional>

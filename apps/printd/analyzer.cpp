@@ -7,10 +7,10 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "apps/analysis/facts_json.h"
 #include "posix/small_file.h"
 #include "posix/unique_fd.h"
 #include "printer/estimate/estimator.h"
+#include "printer/facts/facts_json.h"
 #include "printer/gcode/interpreter.h"
 #include "printer/gcode/no_actions.h"
 #include "printer/gcode/parser.h"
@@ -23,7 +23,7 @@ namespace qduino::printd {
 
 namespace {
 
-using apps::tenths;
+using printer::tenths;
 using Json = nlohmann::ordered_json;
 using printer::estimate::Estimate;
 using printer::preflight::Facts;
@@ -57,7 +57,7 @@ class LayerFile final : public printer::preflight::LayerSink {
                               {"segments", row.segments},
                               {"bytes", row.bytes},
                               {"first_byte", row.first_byte},
-                              {"time_s", timed ? tenths(estimate.layer_s[row.layer]) : 0.0}});
+                              {"time_s", timed ? printer::tenths(estimate.layer_s[row.layer]) : 0.0}});
         }
         return index + ']';
     }
@@ -81,7 +81,7 @@ spool::Analysis refusal(const Facts& facts, const printer::MachineConfig& machin
     const bool is_gcode = facts.content == printer::gcode::Content::gcode;
     analysis.verdict = is_gcode ? spool::Analysis::Verdict::violation : spool::Analysis::Verdict::not_gcode;
     const Finding& first = facts.first_error();
-    analysis.message = apps::sentence_of(first);
+    analysis.message = printer::sentence_of(first);
     analysis.line = first.line;
     if (facts.lacks_start()) analysis.prologue = printer::preflight::prologue_of(machine, facts);
     return analysis;
@@ -107,7 +107,7 @@ class Reading final : public spool::FileReading {
         if (packed_.failed()) return spool::file_error("write", "packed layers", ENOSPC);
         spool::Analysis analysis;
         const Estimate& estimate = estimator_.estimate();
-        analysis.facts_json = text_of(apps::facts_json(facts, estimate));
+        analysis.facts_json = text_of(printer::facts_json(facts, estimate));
         analysis.estimated_s = estimate.total_s;
         analysis.layers_json = packed_.index(estimate);
         analysis.thumbnail.assign(facts.thumbnail.png.begin(), facts.thumbnail.png.end());

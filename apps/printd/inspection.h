@@ -11,7 +11,7 @@
 #include <optional>
 #include <string>
 
-#include "apps/inspect/inspect_server.h"
+#include "inspect/inspect_server.h"
 #include "spool/inspector.h"
 
 namespace boost::asio {

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "apps/machine_file/machine_file.h"
+#include "config/machine_file.h"
 #include "posix/durable_file.h"
 
 namespace qduino::printd {

@@ -17,21 +17,21 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "apps/link/link_file.h"
-#include "apps/machine_file/machine_file.h"
 #include "apps/printd/analyzer.h"
 #include "apps/printd/inspection.h"
 #include "apps/printd/kept_settings_file.h"
 #include "apps/printd/options.h"
 #include "apps/printd/own_addresses.h"
 #include "apps/printd/own_certificate.h"
-#include "apps/printd/privileges.h"
 #include "apps/printd/serial_host.h"
 #include "apps/printd/step_cost_file.h"
-#include "apps/rights/own_view.h"
 #include "base/version.h"
+#include "config/machine_file.h"
+#include "link/link_file.h"
 #include "posix/guarded_file.h"
 #include "posix/small_file.h"
+#include "rights/own_view.h"
+#include "rights/privileges.h"
 #include "spool/link_source.h"
 #include "spool/recovery.h"
 #include "web/publisher.h"
@@ -202,7 +202,7 @@ class Certificate {
 /// Whatever the service reads after this must be in one of these folders. A service for this
 /// computer alone leaves the network: its socket stays. One for others needs their addresses.
 void hide_the_rest(const printd::Options& options, Ground& ground) {
-    std::vector<apps::SeenFolder> seen{{options.state, true}};
+    std::vector<rights::SeenFolder> seen{{options.state, true}};
     for (const std::filesystem::path& file :
          std::initializer_list<std::filesystem::path>{options.link, options.inspect, options.vcpu})
         if (!file.empty()) seen.push_back({file.parent_path()});
@@ -215,11 +215,11 @@ void hide_the_rest(const printd::Options& options, Ground& ground) {
     if (web::is_loopback_address(options.address)) {
         const bool ipv6 = options.address.find(':') != std::string::npos;
         posix::UniqueFd socket{::socket(ipv6 ? AF_INET6 : AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)};
-        const Result<void> left = apps::leave_network();
+        const Result<void> left = rights::leave_network();
         if (left) ground.socket = std::move(socket);
         if (!left) spdlog::warn("{}: the service sees the network", left.error().message.view());
     }
-    if (const Result<void> hidden = apps::see_only(seen); !hidden)
+    if (const Result<void> hidden = rights::see_only(seen); !hidden)
         spdlog::warn("{}: the service sees all files that its user may read", hidden.error().message.view());
 }
 
@@ -232,15 +232,15 @@ Result<Ground> prepare(const printd::Options& options) {
                           "--no-auth is only for a loopback address: anyone could print");
     }
     Ground ground;
-    QDUINO_TRY_ASSIGN(ground.lock, printd::lock_state(options.state));
+    QDUINO_TRY_ASSIGN(ground.lock, rights::lock_state(options.state));
     QDUINO_TRY_ASSIGN(ground.given, given_identity(options));
     // The service's own user could not open afterwards what root writes during a recovery.
     const bool recovers_as_root = options.recover && options.run_as.empty() && ::geteuid() == 0;
-    const std::string user = recovers_as_root ? printd::owner_of(options.state) : options.run_as;
+    const std::string user = recovers_as_root ? rights::owner_of(options.state) : options.run_as;
     const auto hide = [&] {
         if (!options.recover) hide_the_rest(options, ground);
     };
-    if (!user.empty()) QDUINO_TRY(printd::become(user, options.state, hide));
+    if (!user.empty()) QDUINO_TRY(rights::become(user, options.state, hide));
     QDUINO_TRY_ASSIGN(std::string key, web::load_or_make_key(options.state / "api-key"));
     if (options.authentication) ground.key = std::move(key);
     return ground;

@@ -1,7 +1,7 @@
 #include "apps/printd/options.h"
 
-#include "apps/command_line/command_line.h"
 #include "base/whole_number.h"
+#include "terminal/command_line.h"
 
 namespace qduino::printd {
 

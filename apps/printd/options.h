@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
-#include "apps/printd/service_options.h"
+#include "config/service_options.h"
 
 namespace qduino::printd {
 
-struct Options : ServiceOptions {
+struct Options : apps::ServiceOptions {
     std::filesystem::path state;
     std::filesystem::path link;
     std::string address = "127.0.0.1";

@@ -19,9 +19,9 @@
 #include <string>
 #include <thread>
 
-#include "apps/serial/serial_port.h"
-#include "apps/serial/serial_session.h"
 #include "printer/gcode/emergency_scanner.h"
+#include "serial/serial_port.h"
+#include "serial/serial_session.h"
 #include "spool/spool.h"
 #include "web/service.h"
 

@@ -8,18 +8,18 @@
 #include <vector>
 
 #include "PrinterWiring.h"
-#include "apps/command_line/command_line.h"
-#include "apps/guarantee/guarantee_report.h"
-#include "apps/host/sketch_report.h"
-#include "apps/link/link_file.h"
-#include "apps/link/live_guarantee.h"
-#include "apps/machine_file/machine_check.h"
-#include "apps/machine_file/machine_file.h"
-#include "apps/machine_file/macro_check.h"
-#include "apps/terminal/program.h"
 #include "board/linux/linux_board.h"
+#include "config/machine_check.h"
+#include "config/machine_file.h"
+#include "config/macro_check.h"
+#include "link/link_file.h"
+#include "link/live_guarantee.h"
 #include "posix/small_file.h"
+#include "report/guarantee_report.h"
+#include "report/sketch_report.h"
 #include "runtime/runtime.h"
+#include "terminal/command_line.h"
+#include "terminal/program.h"
 
 namespace {
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "apps/terminal/human.h"
+#include "terminal/human.h"
 
 namespace qduino::apps {
 namespace {

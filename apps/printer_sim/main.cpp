@@ -5,17 +5,17 @@
 #include <cstdio>
 #include <filesystem>
 
-#include "apps/board_file/board_file.h"
-#include "apps/command_line/command_line.h"
-#include "apps/machine_file/machine_file.h"
-#include "apps/machine_file/twin_machine.h"
-#include "apps/picture/picture_file.h"
 #include "apps/printer_sim/part_picture.h"
 #include "apps/printer_sim/print_file.h"
 #include "apps/printer_sim/sim_printer.h"
-#include "apps/terminal/program.h"
+#include "config/board_file.h"
+#include "config/machine_file.h"
+#include "config/twin_machine.h"
 #include "posix/durable_file.h"
 #include "posix/small_file.h"
+#include "report/picture/picture_file.h"
+#include "terminal/command_line.h"
+#include "terminal/program.h"
 
 namespace {
 

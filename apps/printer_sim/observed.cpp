@@ -1,6 +1,6 @@
 #include "apps/printer_sim/observed.h"
 
-#include "apps/terminal/human.h"
+#include "terminal/human.h"
 
 namespace qduino::apps {
 namespace {

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "apps/picture/svg.h"
 #include "apps/printer_sim/part_view.h"
-#include "apps/terminal/human.h"
 #include "base/contract.h"
+#include "report/picture/svg.h"
+#include "terminal/human.h"
 
 namespace qduino::apps {
 namespace {

@@ -14,7 +14,7 @@
 #include <span>
 #include <vector>
 
-#include "apps/picture/raster.h"
+#include "report/picture/raster.h"
 #include "twin/height_map.h"
 
 namespace qduino::apps {

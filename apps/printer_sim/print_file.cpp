@@ -8,7 +8,6 @@
 #include <filesystem>
 #include <new>
 
-#include "apps/host/chain_report.h"
 #include "apps/printer_sim/sim_printer.h"
 #include "apps/printer_sim/step_log.h"
 #include "posix/small_file.h"
@@ -17,6 +16,7 @@
 #include "printer/link/frame.h"
 #include "printer/preflight/preflight.h"
 #include "printer/preflight/prologue.h"
+#include "report/chain_report.h"
 #include "spool/feeder.h"
 #include "twin/job.h"
 

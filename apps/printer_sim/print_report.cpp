@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <numeric>
 
-#include "apps/terminal/human.h"
 #include "printer/machine_config.h"
+#include "terminal/human.h"
 
 namespace qduino::apps {
 namespace {

@@ -5,10 +5,10 @@
 #include <thread>
 
 #include "PrinterWiring.h"
-#include "apps/inspect/inspect_service.h"
-#include "apps/link/link_file.h"
-#include "apps/link/live_guarantee.h"
-#include "apps/terminal/program.h"
+#include "inspect/inspect_service.h"
+#include "link/link_file.h"
+#include "link/live_guarantee.h"
+#include "terminal/program.h"
 
 namespace qduino::apps {
 namespace {

@@ -1,8 +1,8 @@
 #include <signal.h>
 
-#include "apps/command_line/command_line.h"
 #include "apps/supervisor/supervisor.h"
-#include "apps/terminal/program.h"
+#include "terminal/command_line.h"
+#include "terminal/program.h"
 
 namespace qduino::supervisor {
 int run_command_line(int argc, char** argv, SystemCalls& system) {

@@ -5,11 +5,11 @@
 #include <optional>
 #include <string>
 
-#include "apps/supervisor/importance.h"
 #include "base/text.h"
 #include "base/time.h"
 #include "base/whole_number.h"
 #include "board/linux/kernel/deadline_class.h"
+#include "board/linux/kernel/importance.h"
 #include "board/linux/kernel/kernel_text.h"
 
 namespace qduino::supervisor {
@@ -39,7 +39,7 @@ bool go_before_all(pid_t tid) { return board::linux::give_deadline_class(tid, 50
 
 void go_above_the_loops(pid_t tid) {
     sched_param parameters{};
-    parameters.sched_priority = kSupervisorPriority - 2;
+    parameters.sched_priority = importance::kSupervisorPriority - 2;
     ::sched_setscheduler(tid, SCHED_FIFO | SCHED_RESET_ON_FORK, &parameters);
 }
 

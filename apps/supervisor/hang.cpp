@@ -1,7 +1,7 @@
 #include "apps/supervisor/hang.h"
 
-#include "apps/terminal/human.h"
 #include "base/text.h"
+#include "terminal/human.h"
 
 namespace qduino::supervisor {
 namespace {

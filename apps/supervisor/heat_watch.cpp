@@ -10,13 +10,13 @@
 
 #include <algorithm>
 
-#include "apps/supervisor/importance.h"
-#include "apps/terminal/human.h"
-#include "apps/terminal/message.h"
 #include "board/linux/kernel/clock.h"
 #include "board/linux/kernel/host_settings.h"
+#include "board/linux/kernel/importance.h"
 #include "board/linux/kernel/real_time_thread.h"
 #include "posix/system_error.h"
+#include "terminal/human.h"
+#include "terminal/message.h"
 
 namespace qduino::supervisor {
 namespace {
@@ -65,7 +65,7 @@ class Watcher {
         ::sigprocmask(SIG_SETMASK, &all, nullptr);
         close_supervisors_own();
         supervisor_alive_ = pidfd_of(supervisor_);
-        if (task_.real_time) rise(kHeatWatchPriority);
+        if (task_.real_time) importance::rise(importance::kHeatWatchPriority);
     }
 
     void watch() {
@@ -117,7 +117,7 @@ class Watcher {
 
     void cut_and_go_on(const char* why) {
         cut(why);
-        if (task_.real_time) rise(kHeatWatchPriority);
+        if (task_.real_time) importance::rise(importance::kHeatWatchPriority);
     }
 
     /// At ordinary priority when it returns.
@@ -126,7 +126,7 @@ class Watcher {
         const Dying dying{process_.get(), sketch_};
         SafeHands::Cut done = hands_.cut(dying, SketchDeath::hung);
         page_.cut = sketch_;
-        step_down();
+        importance::step_down();
         if (process_.valid()) hands_.outlast(dying, done);
         if (!task_.link.empty()) write_death_note(task_.link, sketch_, why);
         static_cast<void>(board::linux::restore_settings(task_.settings_state));

@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <cerrno>
 
-#include "apps/link/link_file.h"
 #include "apps/supervisor/dying_threads.h"
-#include "apps/supervisor/importance.h"
 #include "board/linux/kernel/clock.h"
+#include "board/linux/kernel/importance.h"
+#include "link/link_file.h"
 
 namespace qduino::supervisor {
 namespace {
@@ -85,7 +85,7 @@ SafeHands::Cut SafeHands::cut(const Dying& sketch, SketchDeath how) {
 
     cut.gone = wait_until_gone(sketch, 0);
     if (!cut.gone && sketch.pidfd >= 0) hurry(sketch.pid);
-    Pace pace;
+    importance::Pace pace;
     while (!cut.gone && monotonic_now() - from < kRealTimeWait) {
         pace.next_turn();
         cut.gone = wait_until_gone(sketch, kLookMs);

@@ -9,7 +9,7 @@
 
 #include <cerrno>
 
-#include "apps/supervisor/importance.h"
+#include "board/linux/kernel/importance.h"
 #include "posix/system_error.h"
 
 namespace qduino::supervisor {
@@ -25,7 +25,7 @@ using posix::UniqueFd;
     sigset_t none;
     sigemptyset(&none);
     ::sigprocmask(SIG_SETMASK, &none, nullptr);
-    restore_real_time_limit();
+    importance::restore_real_time_limit();
     std::vector<char*> arguments;
     for (const auto& word : command) arguments.push_back(const_cast<char*>(word.c_str()));
     arguments.push_back(nullptr);

@@ -9,12 +9,12 @@
 #include <array>
 #include <cstring>
 
-#include "apps/supervisor/importance.h"
-#include "apps/terminal/human.h"
-#include "apps/terminal/message.h"
 #include "board/linux/kernel/clock.h"
 #include "board/linux/kernel/core_rivals.h"
+#include "board/linux/kernel/importance.h"
 #include "board/linux/pin/death_witness.h"
+#include "terminal/human.h"
+#include "terminal/message.h"
 
 namespace qduino::supervisor {
 namespace {
@@ -47,7 +47,7 @@ Result<Supervisor> Supervisor::open(Options options, SystemCalls& system) {
     }
     QDUINO_TRY_ASSIGN(supervisor.file_, PinsFile::open(options.pins, PinsRole::supervisor));
     if (!options.starter.empty()) {
-        QDUINO_TRY_ASSIGN(supervisor.starter_, Starter::open(options.starter));
+        QDUINO_TRY_ASSIGN(supervisor.starter_, board::linux::Starter::open(options.starter));
     }
     supervisor.options_ = std::move(options);
     return supervisor;
@@ -75,11 +75,11 @@ void Supervisor::start_heat_watch() {
 
 /// Replaces a watch that has died. Meanwhile the sketch is watched at ordinary priority.
 void Supervisor::renew_heat_watch() {
-    step_down();
+    importance::step_down();
     heat_watch_.end();
     complain("the heat watch died; another is started");
     start_heat_watch();
-    if (options_.real_time) rise(kSupervisorPriority);
+    if (options_.real_time) importance::rise(importance::kSupervisorPriority);
 }
 
 int Supervisor::keep_running(int signals) {
@@ -108,7 +108,7 @@ int Supervisor::keep_running(int signals) {
         }
         const Instant started = monotonic_now();
         heat_watch_.sketch_is(sketch->pid());
-        if (options_.real_time) rise(kSupervisorPriority);
+        if (options_.real_time) importance::rise(importance::kSupervisorPriority);
         Watched watched = watch(*sketch, signals);
         outlive(watched, *sketch);
         const bool well = watched.outcome == Outcome::ended && watched.ending.exit_status() == 0;
@@ -145,7 +145,7 @@ void Supervisor::hand_on_signal(const SketchProcess& sketch, int signals, Instan
 Supervisor::Watched Supervisor::watch(const SketchProcess& sketch, int signals) {
     Watched watched;
     Instant kill_at = kForever;
-    Pace pace;
+    importance::Pace pace;
     Instant last_look = monotonic_now();
     for (;;) {
         pace.next_turn();
@@ -202,7 +202,7 @@ void Supervisor::outlive(Watched& watched, const SketchProcess& sketch) {
     const bool hung = watched.outcome == Outcome::hung;
     watched.cut = hands_.cut(dying, hung ? SketchDeath::hung : SketchDeath::died);
     heat_watch_.expect_beats(false);
-    step_down();
+    importance::step_down();
 
     watched.core_taken = find_who_took_its_core(watched, sketch);
     // The explanation of a hang does not wait until the sketch is gone.
@@ -271,7 +271,8 @@ void Supervisor::report(const Watched& watched, pid_t sketch) const {
     if (outputs.channels_failed > 0)
         complain(
             text(outputs.channels_failed, " PWM channels could NOT be switched off: switch the machine off"));
-    if (budget_was_spent()) complain("it had spent its real-time budget, and went on at ordinary priority");
+    if (importance::budget_was_spent())
+        complain("it had spent its real-time budget, and went on at ordinary priority");
 }
 
 }  // namespace qduino::supervisor

@@ -37,12 +37,12 @@
 #include "apps/supervisor/heat_watch.h"
 #include "apps/supervisor/safe_hands.h"
 #include "apps/supervisor/sketch_process.h"
-#include "apps/supervisor/starter.h"
 #include "apps/supervisor/system_calls.h"
 #include "base/result.h"
 #include "base/time.h"
 #include "board/linux/kernel/host_settings.h"
 #include "board/linux/pin/pins_file.h"
+#include "board/linux/pin/starter.h"
 #include "posix/unique_fd.h"
 
 namespace qduino::supervisor {
@@ -107,7 +107,7 @@ class Supervisor {
     SystemCalls* system_;
     board::linux::PinsFile machine_role_;  // with make_pins
     board::linux::PinsFile file_;
-    Starter starter_;
+    board::linux::Starter starter_;
     SafeHands hands_;
     HeatWatchTask heat_watch_task_;
     HeatWatch heat_watch_;

@@ -10,13 +10,13 @@
 #include <string>
 #include <vector>
 
-#include "apps/command_line/command_line.h"
-#include "apps/machine_file/machine_file.h"
-#include "apps/machine_file/twin_machine.h"
-#include "apps/terminal/program.h"
 #include "apps/virtual_machine/virtual_machine.h"
 #include "board/linux/kernel/clock.h"
+#include "config/machine_file.h"
+#include "config/twin_machine.h"
 #include "posix/unique_fd.h"
+#include "terminal/command_line.h"
+#include "terminal/program.h"
 
 namespace {
 

@@ -16,10 +16,10 @@
 #include <string>
 #include <vector>
 
-#include "apps/inspect/inspect_service.h"
 #include "base/result.h"
 #include "base/time.h"
 #include "board/linux/pin/pins_server.h"
+#include "inspect/inspect_service.h"
 #include "twin/fault.h"
 #include "twin/machine.h"
 #include "twin/printer.h"

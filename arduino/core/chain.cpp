@@ -1,4 +1,4 @@
-// A program has this member exactly when its sketch declares chains (apps/host/sketch_main.cpp
+// A program has this member exactly when its sketch declares chains (apps/sketch/sketch_main.cpp
 // asks).
 #include "arduino/core/chain.h"
 

@@ -1,5 +1,5 @@
 // Apart from lock.cpp: a program has this member exactly when its sketch declares critical sections
-// (apps/host/sketch_main.cpp asks).
+// (apps/sketch/sketch_main.cpp asks).
 #include "arduino/core/lock.h"
 
 namespace qduino::arduino {

@@ -47,7 +47,7 @@ class SerialPort {
 };
 
 /// The port of Serial `number`: 0 is the console. A program is linked with the one of its system:
-/// host/serial_ports.cpp on Linux and in the simulator, apps/metal/line_port.cpp without one.
+/// host/serial_ports.cpp on Linux and in the simulator, arduino/metal/line_port.cpp without one.
 std::unique_ptr<SerialPort> default_serial_port(int number);
 
 }  // namespace qduino::arduino

@@ -41,7 +41,7 @@ class Socket {
 };
 
 // A program is linked with those of its system: host/socket.cpp on Linux and in the simulator,
-// apps/metal/sockets.cpp without one.
+// arduino/metal/sockets.cpp without one.
 
 /// Waits up to `timeout_ms`.
 Result<std::shared_ptr<Socket>> connect_socket(Endpoint to, int timeout_ms);

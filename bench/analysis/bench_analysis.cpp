@@ -18,12 +18,12 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "apps/command_line/command_line.h"
 #include "apps/printd/analyzer.h"
 #include "bench/rig/report.h"
 #include "posix/small_file.h"
 #include "posix/unique_fd.h"
 #include "spool/sha256.h"
+#include "terminal/command_line.h"
 
 namespace qduino::bench {
 namespace {

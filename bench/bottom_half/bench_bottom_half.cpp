@@ -18,11 +18,11 @@
 #include <deque>
 #include <random>
 
-#include "apps/command_line/command_line.h"
 #include "bench/rig/report.h"
 #include "bench/rig/samples.h"
 #include "board/linux/kernel/clock.h"
 #include "sched/core_scheduler.h"
+#include "terminal/command_line.h"
 
 namespace qduino::bench {
 namespace {

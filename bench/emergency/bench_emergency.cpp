@@ -31,13 +31,13 @@
 #include <optional>
 #include <random>
 
-#include "apps/link/link_file.h"
 #include "bench/rig/child.h"
 #include "bench/rig/options.h"
 #include "bench/rig/processes.h"
 #include "bench/rig/samples.h"
 #include "board/linux/kernel/clock.h"
 #include "board/linux/pin/pins_server.h"
+#include "link/link_file.h"
 #include "posix/unique_fd.h"
 #include "twin/printer.h"
 

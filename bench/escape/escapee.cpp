@@ -15,10 +15,10 @@
 #include <cstdlib>
 #include <string_view>
 
-#include "apps/guarantee/guarantee_report.h"
 #include "bench/escape/patterns.h"
 #include "board/linux/kernel/real_time_thread.h"
 #include "board/linux/linux_board.h"
+#include "report/guarantee_report.h"
 
 namespace {
 

@@ -23,8 +23,8 @@
 #include <utility>
 #include <vector>
 
-#include "apps/machine_file/machine_file.h"
 #include "bench/rig/report.h"
+#include "config/machine_file.h"
 #include "posix/small_file.h"
 #include "printer/gcode/interpreter.h"
 #include "printer/gcode/no_actions.h"

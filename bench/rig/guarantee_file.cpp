@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "apps/guarantee/guarantee_report.h"
+#include "report/guarantee_report.h"
 
 namespace qduino::bench {
 

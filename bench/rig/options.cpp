@@ -2,8 +2,8 @@
 
 #include <cstdio>
 
-#include "apps/command_line/command_line.h"
 #include "bench/rig/load.h"
+#include "terminal/command_line.h"
 
 namespace qduino::bench {
 

@@ -22,7 +22,6 @@
 #include <optional>
 #include <random>
 
-#include "apps/link/link_file.h"
 #include "bench/rig/child.h"
 #include "bench/rig/options.h"
 #include "bench/rig/processes.h"
@@ -30,6 +29,7 @@
 #include "board/linux/kernel/clock.h"
 #include "board/linux/kernel/real_time_thread.h"
 #include "board/linux/pin/pins_server.h"
+#include "link/link_file.h"
 #include "posix/unique_fd.h"
 #include "printer/link/frame.h"
 #include "twin/printer.h"

@@ -17,11 +17,11 @@
 #include <string>
 #include <vector>
 
-#include "apps/command_line/command_line.h"
 #include "arduino/Arduino.h"
 #include "board/linux/linux_board.h"
 #include "board/linux/pin/pins_server.h"
 #include "runtime/runtime.h"
+#include "terminal/command_line.h"
 
 #undef loop
 #undef round

@@ -7,7 +7,7 @@
 //   base + 48 MiB  virtual pins (pins_layout.h)             the same address
 //   behind them    kBesideServiceBytes for an image that    the same address
 //                  has a service on Linux: the printer's
-//                  link (apps/beside/link_relay.h)
+//                  link (beside/link_relay.h)
 //
 //   Linux: launcher                          board/metal, on its own core
 //   keeper ── keeper_beats ────────────────► silence longer than silence_limit_ns: safe levels, end

@@ -50,7 +50,7 @@ Result<void> sure(Context& context, const Command& command) {
     return {};
 }
 
-// M110, M113 and M155 speak to the serial host's session (apps/serial/serial_session.h). M108 and
+// M110, M113 and M155 speak to the serial host's session (serial/serial_session.h). M108 and
 // M410 act when they arrive (machine/machine.cpp): in a job there is nothing for them to do.
 constexpr CodeInfo kCodes[]{
     {{"ACTIVATE_EXTRUDER"}, "tool", "", choose_extruder},

@@ -12,7 +12,7 @@ import re
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-READER = ROOT / "apps/board_file/board_file.cpp"
+READER = ROOT / "config/board_file.cpp"
 # What admission is told: file, and the function's first words.
 ANALYSIS = [("board/sim/sim_board.cpp", "sched::PlatformOverheads SimBoard::platform_overheads("),
             ("board/sim/sim_pins.cpp", "Nanoseconds SimPins::bus_time("),

@@ -1,4 +1,4 @@
-// The guarantee report that the sketch publishes (apps/guarantee/guarantee_report.h has its form),
+// The guarantee report that the sketch publishes (report/guarantee_report.h has its form),
 // checked before anybody reads it.
 //
 // The sketch is another process, possibly of another build, possibly dying, so its text may be

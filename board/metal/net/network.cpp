@@ -110,7 +110,7 @@ void Network::take_turn() {
     card_->interrupt(true);
 }
 
-/// For a program that has one: apps/metal calls it when it is linked.
+/// For a program that has one: apps/sketch calls it when it is linked.
 void open_network() { network.open(); }
 
 }  // namespace qduino::board::metal

@@ -706,7 +706,7 @@ async function startPlotter() {
   const server = createServer(async ({ url }, answer) => {
     const [name, type] = files[url] ?? [];
     answer.writeHead(200, { 'Content-Type': type ?? 'text/event-stream' });
-    if (name) answer.end(await readFile(new URL(`../../../apps/qduino/plotter/${name}`, import.meta.url)));
+    if (name) answer.end(await readFile(new URL(`../../../qduino/monitor/plotter/${name}`, import.meta.url)));
     else streams.push(answer.write(': open\n\n') && answer);
   });
   await new Promise((ready) => { server.listen(0, '127.0.0.1', ready); });

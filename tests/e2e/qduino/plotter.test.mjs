@@ -4,7 +4,7 @@ import test from "node:test";
 import { readFile } from "node:fs/promises";
 
 // The browser's module, whose folder says nothing of modules to node.
-const source = await readFile(new URL("../../../apps/qduino/plotter/series.js", import.meta.url), "utf8");
+const source = await readFile(new URL("../../../qduino/monitor/plotter/series.js", import.meta.url), "utf8");
 const { Curves, CURVES_MAX, POINTS_KEPT, axisOf, namesOf, pointsOf } = await import("data:text/javascript," + encodeURIComponent(source));
 
 const flat = (line, names) => pointsOf(line, names).map(({ name, value }) => `${name}=${value}`).join(" ");

@@ -13,8 +13,8 @@
 #include <string>
 #include <thread>
 
-#include "apps/command_line/command_line.h"
-#include "apps/link/link_file.h"
+#include "link/link_file.h"
+#include "terminal/command_line.h"
 #include "tests/e2e/service/fake_sketch.h"
 
 namespace {

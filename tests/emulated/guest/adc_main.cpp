@@ -13,8 +13,8 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "apps/doctor/doctor.h"
 #include "device/ads7828.h"
+#include "doctor/doctor.h"
 #include "tests/emulated/guest/guest_init.h"
 #include "tests/emulated/guest/run_sketch.h"
 #include "tests/emulated/guest/run_spinners.h"

@@ -3,8 +3,8 @@
 #include <cstdio>
 #include <string>
 
-#include "apps/guarantee/guarantee_report.h"
 #include "board/linux/linux_board.h"
+#include "report/guarantee_report.h"
 #include "runtime/runtime.h"
 
 namespace qduino::emulated {

@@ -7,10 +7,10 @@
 #include <cstdio>
 #include <cstring>
 
-#include "apps/vcpu/tree_run.h"
-#include "apps/vcpu/vcpu_report.h"
 #include "board/linux/kernel/clock.h"
 #include "board/linux/kernel/kernel_text.h"
+#include "vcpu/tree_run.h"
+#include "vcpu/vcpu_report.h"
 
 namespace qduino::emulated {
 namespace {

@@ -23,7 +23,7 @@
 #include <string>
 #include <vector>
 
-#include "apps/machine_file/twin_machine.h"
+#include "config/twin_machine.h"
 #include "printer/gcode/content.h"
 #include "tests/fuzz/gcode/fuzz_check.h"
 #include "tests/unit/machine/fake_loops.h"

@@ -8,8 +8,8 @@
 #include <span>
 #include <string>
 
-#include "apps/serial/serial_session.h"
 #include "printer/gcode/command_table.h"
+#include "serial/serial_session.h"
 #include "tests/fuzz/gcode/fuzz_check.h"
 
 namespace {

@@ -4,7 +4,7 @@
 #include <QduinoMC.h>
 
 #include "PrinterWiring.h"
-#include "apps/metal/loader_words.h"
+#include "arduino/metal/loader_words.h"
 #include "board/board.h"
 
 namespace {
@@ -18,7 +18,7 @@ bool route_to_core_1() {
 }  // namespace
 
 void loop(5, 1, 100, 0) {
-    static const bool routed = qduino::apps::metal::loader_word("mutant") == "routed" && route_to_core_1();
+    static const bool routed = qduino::arduino::metal::loader_word("mutant") == "routed" && route_to_core_1();
     static_cast<void>(routed);
     static int passes_left = 10;  // the answer goes out meanwhile
     if (qduino::sketches::printer_wiring().link->emergency.load() != 0 && passes_left-- == 0)

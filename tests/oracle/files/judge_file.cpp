@@ -16,12 +16,12 @@
 #include <span>
 #include <string>
 
-#include "apps/command_line/command_line.h"
-#include "apps/machine_file/machine_file.h"
-#include "apps/terminal/program.h"
+#include "config/machine_file.h"
 #include "printer/machine/limits.h"
 #include "printer/machine/vectors.h"
 #include "printer/preflight/preflight.h"
+#include "terminal/command_line.h"
+#include "terminal/program.h"
 #include "tests/oracle/motion/motion_judge.h"
 #include "twin/byte_source.h"
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <numbers>
 
-#include "apps/machine_file/machine_file.h"
+#include "config/machine_file.h"
 #include "printer/estimate/estimator.h"
 #include "printer/preflight/preflight.h"
 #include "tests/scenario/printer/printer_bench.h"

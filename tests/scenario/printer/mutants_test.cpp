@@ -15,7 +15,7 @@
 
 #include <numbers>
 
-#include "apps/machine_file/machine_file.h"
+#include "config/machine_file.h"
 #include "tests/scenario/printer/printer_bench.h"
 
 namespace qduino::tests::mutants_test {

@@ -11,8 +11,8 @@
 #include <utility>
 #include <vector>
 
-#include "apps/machine_file/twin_machine.h"
 #include "apps/printer_sim/sim_printer.h"
+#include "config/twin_machine.h"
 #include "posix/small_file.h"
 #include "printer/link/frame.h"
 #include "spool/feeder.h"

@@ -4,9 +4,9 @@
 
 #include <bitset>
 
-#include "apps/serial/serial_session.h"
 #include "printer/gcode/emergency_scanner.h"
 #include "printer/gcode/reports.h"
+#include "serial/serial_session.h"
 #include "tests/scenario/printer/printer_bench.h"
 #include "tests/unit/serial/noisy_host.h"
 

@@ -1,7 +1,7 @@
 // However a sketch ends, its pins end in their safe states, and the print service learns of it.
 #include <random>
 
-#include "apps/supervisor/starter.h"
+#include "board/linux/pin/starter.h"
 #include "tests/scenario/supervisor/supervised_sketch.h"
 
 namespace qduino::board::linux::test::supervisor_test {
@@ -208,7 +208,7 @@ class KilledStarter {
   private:
     [[noreturn]] static void live_on(int report) {
         ::prctl(PR_SET_PDEATHSIG, SIGKILL);
-        supervisor::StarterLife life;
+        board::linux::StarterLife life;
         if (!life.begin()) ::_exit(1);
         const std::string path = life.path();
         static_cast<void>(!::write(report, path.c_str(), path.size()));

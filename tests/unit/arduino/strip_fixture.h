@@ -4,7 +4,7 @@
 #include <memory>
 #include <string>
 
-#include "apps/parts/parts.h"
+#include "config/parts.h"
 #include "tests/unit/arduino/arduino_fixture.h"
 
 class StripTest : public ArduinoTest {

@@ -1,5 +1,5 @@
 // An image of a few bytes, put into memory; and page tables, walked as a processor does.
-#include "apps/beside/beside_image.h"
+#include "beside/beside_image.h"
 
 #include <elf.h>
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@
 #include <random>
 #include <vector>
 
-#include "apps/beside/boot_line.h"
+#include "beside/boot_line.h"
 
 namespace qduino::apps::beside_linux::beside_image_test {
 namespace {

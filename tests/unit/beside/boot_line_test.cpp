@@ -1,5 +1,5 @@
 // What of Linux's boot line is good for a core beside it.
-#include "apps/beside/boot_line.h"
+#include "beside/boot_line.h"
 
 #include <gtest/gtest.h>
 

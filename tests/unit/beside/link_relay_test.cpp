@@ -1,6 +1,6 @@
 // What the relay carries between a printer's link in the reserved memory and the file that printd
 // opens.
-#include "apps/beside/link_relay.h"
+#include "beside/link_relay.h"
 
 #include <gtest/gtest.h>
 

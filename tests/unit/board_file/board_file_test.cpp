@@ -1,4 +1,4 @@
-#include "apps/board_file/board_file.h"
+#include "config/board_file.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // The doctor, on machines that are folders: a good one, and the same with one thing wrong at a
 // time.
-#include "apps/doctor/doctor.h"
+#include "doctor/doctor.h"
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@
 #include <ostream>
 #include <sstream>
 
-#include "apps/doctor/finding.h"
+#include "doctor/finding.h"
 #include "tests/unit/linux/fake_machine.h"
 
 namespace qduino::apps::doctor_test {

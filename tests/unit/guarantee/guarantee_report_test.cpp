@@ -1,6 +1,6 @@
 // What the guarantee report says of bottom halves: their promise and what became of it, and the
 // kernel's threads on their budget.
-#include "apps/guarantee/guarantee_report.h"
+#include "report/guarantee_report.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // The trace file as a reader of the format sees it.
-#include "apps/host/chrome_trace.h"
+#include "report/chrome_trace.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -9,8 +9,8 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "apps/host/sketch_report.h"
 #include "board/sim/sim_board.h"
+#include "report/sketch_report.h"
 
 namespace qduino::apps::chrome_trace_test {
 namespace {

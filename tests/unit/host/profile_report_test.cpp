@@ -1,5 +1,5 @@
 // Execution times to the nanosecond in the simulator, and the budgets that follow from them.
-#include "apps/host/profile_report.h"
+#include "report/profile_report.h"
 
 #include <gmock/gmock.h>
 
@@ -10,8 +10,8 @@
 #include <utility>
 #include <vector>
 
-#include "apps/host/sketch_report.h"
 #include "board/sim/sim_board.h"
+#include "report/sketch_report.h"
 
 namespace qduino::apps::profile_report_test {
 namespace {

@@ -9,10 +9,10 @@
 
 #include <fstream>
 
-#include "apps/launcher/run_lock.h"
 #include "apps/launcher/run_log.h"
 #include "apps/launcher/sketch_report.h"
 #include "base/parts.h"
+#include "board/linux/kernel/run_lock.h"
 #include "tests/unit/linux/stranger.h"
 
 namespace qduino::launcher::first_screen_test {
@@ -99,7 +99,7 @@ TEST_F(FirstScreen, TheReportIsKeptAndSaysWhetherThePrinterRuns) {
     EXPECT_EQ(none.error().code, ErrorCode::not_found);
     std::ofstream{folder_ / "report.txt"} << "What holds\n";
     EXPECT_EQ(kept_report(folder_).value(), "No printer runs there now; the last one's:\nWhat holds\n");
-    const auto lock = lock_file(folder_ / "run.lock", 0s);
+    const auto lock = board::linux::lock_file(folder_ / "run.lock", 0s);
     ASSERT_TRUE(lock.ok());
     EXPECT_EQ(kept_report(folder_).value(), "This printer runs now.\nWhat holds\n");
 }

@@ -1,5 +1,5 @@
 // The link's file: complete or absent, new for every run of the sketch, held by one service.
-#include "apps/link/link_file.h"
+#include "link/link_file.h"
 
 #include <gtest/gtest.h>
 #include <sys/wait.h>

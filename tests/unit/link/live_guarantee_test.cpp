@@ -1,6 +1,6 @@
 // The guarantee report in the link is as of now, for as long as the loops run: in the simulator, to
 // the release.
-#include "apps/link/live_guarantee.h"
+#include "link/live_guarantee.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "apps/machine_file/machine_file.h"
+#include "config/machine_file.h"
 
 #include <gtest/gtest.h>
 

@@ -1,10 +1,10 @@
-#include "apps/machine_file/macro_check.h"
+#include "config/macro_check.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
-#include "apps/machine_file/machine_file.h"
+#include "config/machine_file.h"
 
 namespace qduino::apps::macro_check_test {
 namespace {

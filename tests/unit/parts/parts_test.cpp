@@ -1,5 +1,5 @@
 // Parts on the wires of a simulated board: who pulls, who answers, and what is said in the end.
-#include "apps/parts/parts.h"
+#include "config/parts.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // The worst schedule against the analysis, which does not play a schedule but solves an equation.
-#include "apps/picture/critical_instant.h"
+#include "report/picture/critical_instant.h"
 
 #include <gtest/gtest.h>
 

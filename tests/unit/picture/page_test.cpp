@@ -1,10 +1,10 @@
-#include "apps/picture/page.h"
+#include "report/picture/page.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "apps/picture/recorder.h"
-#include "apps/picture/svg.h"
+#include "report/picture/recorder.h"
+#include "report/picture/svg.h"
 
 namespace qduino::apps::picture::page_test {
 namespace {

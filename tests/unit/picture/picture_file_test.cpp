@@ -1,4 +1,4 @@
-#include "apps/picture/picture_file.h"
+#include "report/picture/picture_file.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,8 +1,8 @@
-#include "apps/picture/recorder.h"
+#include "report/picture/recorder.h"
 
 #include <gtest/gtest.h>
 
-#include "apps/picture/ticks.h"
+#include "report/picture/ticks.h"
 
 namespace qduino::apps::picture::recorder_test {
 namespace {

@@ -3,7 +3,7 @@
 // reads the page itself: the widths of its bars.
 //
 // The mutants are sinks between the simulator and the recorder that tell it something wrong.
-#include "apps/host/schedule_trace.h"
+#include "report/schedule_trace.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -13,9 +13,9 @@
 #include <map>
 #include <sstream>
 
-#include "apps/host/plan_picture.h"
-#include "apps/picture/page.h"
 #include "board/sim/sim_board.h"
+#include "report/picture/page.h"
+#include "report/plan_picture.h"
 
 namespace qduino::apps::schedule_trace_test {
 namespace {

@@ -1,11 +1,11 @@
-#include "apps/picture/strip.h"
+#include "report/picture/strip.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cstdlib>
 
-#include "apps/picture/recorder.h"
+#include "report/picture/recorder.h"
 
 namespace qduino::apps::picture::strip_test {
 namespace {

@@ -1,5 +1,5 @@
 // What is said of a pin.
-#include "apps/pins/pin_story.h"
+#include "report/pin/pin_story.h"
 
 #include <gtest/gtest.h>
 

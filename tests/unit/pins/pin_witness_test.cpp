@@ -1,5 +1,5 @@
 // What the witness keeps of random writes is what a naive list of them says.
-#include "apps/pins/pin_witness.h"
+#include "report/pin/pin_witness.h"
 
 #include <gtest/gtest.h>
 

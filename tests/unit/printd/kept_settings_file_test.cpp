@@ -7,7 +7,7 @@
 #include <limits>
 #include <memory>
 
-#include "apps/machine_file/machine_file.h"
+#include "config/machine_file.h"
 #include "posix/small_file.h"
 
 namespace qduino::printd::kept_settings_file_test {

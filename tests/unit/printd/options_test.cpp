@@ -5,6 +5,9 @@
 namespace qduino::printd::options_test {
 namespace {
 
+using apps::ServiceOptions;
+using apps::words_of;
+
 std::optional<Options> parse(std::vector<std::string> arguments, int& status) {
     arguments.insert(arguments.begin(), {"printd", "--state", "s", "--link", "l"});
     std::vector<char*> pointers;

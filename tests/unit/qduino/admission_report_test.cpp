@@ -1,4 +1,4 @@
-#include "apps/host/admission_report.h"
+#include "report/admission_report.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

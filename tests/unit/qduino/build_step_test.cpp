@@ -1,10 +1,10 @@
-#include "apps/qduino/build_step.h"
+#include "qduino/common/build_step.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
-#include "apps/qduino/child_process.h"
+#include "qduino/common/child_process.h"
 #include "tests/unit/qduino/temporary_folder.h"
 
 namespace qduino::apps::build_step_test {

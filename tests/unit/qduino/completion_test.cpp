@@ -1,8 +1,8 @@
 
 #include <gtest/gtest.h>
 
-#include "apps/command_line/parser.h"
-#include "apps/qduino/arguments.h"
+#include "qduino/arguments.h"
+#include "terminal/parser.h"
 
 namespace qduino::apps::completion_test {
 namespace {

@@ -1,9 +1,9 @@
 // What the Arduino IDE's builder is told, and what it reads back.
 #include <gtest/gtest.h>
 
-#include "apps/qduino/build_step.h"
-#include "apps/qduino/ide_platform.h"
-#include "apps/qduino/ide_recipe.h"
+#include "qduino/common/build_step.h"
+#include "qduino/ide/ide_platform.h"
+#include "qduino/ide/ide_recipe.h"
 #include "tests/unit/qduino/temporary_folder.h"
 
 namespace qduino::apps::ide_test {

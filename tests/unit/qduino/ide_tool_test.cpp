@@ -1,6 +1,6 @@
 // The Arduino IDE 2's commands, as bytes: how they are split, what comes in which state, and that
 // no bytes lead astray.
-#include "apps/qduino/ide_tool.h"
+#include "qduino/ide/ide_tool.h"
 
 #include <gtest/gtest.h>
 
@@ -8,9 +8,9 @@
 #include <random>
 #include <sstream>
 
-#include "apps/qduino/child_process.h"
-#include "apps/qduino/ide_discovery.h"
-#include "apps/qduino/ide_monitor.h"
+#include "qduino/common/child_process.h"
+#include "qduino/ide/ide_discovery.h"
+#include "qduino/ide/ide_monitor.h"
 
 namespace qduino::apps::ide_tool_test {
 namespace {

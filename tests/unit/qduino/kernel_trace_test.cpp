@@ -1,4 +1,4 @@
-#include "apps/qduino/kernel_trace.h"
+#include "qduino/trace/kernel_trace.h"
 
 #include <gtest/gtest.h>
 

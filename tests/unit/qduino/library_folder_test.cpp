@@ -1,9 +1,9 @@
-#include "apps/qduino/library_folder.h"
+#include "qduino/library/library_folder.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-#include "apps/qduino/library_shelf.h"
+#include "qduino/library/library_shelf.h"
 #include "tests/unit/qduino/temporary_folder.h"
 
 namespace qduino::apps::library_folder_test {

@@ -1,8 +1,8 @@
-#include "apps/qduino/library_index.h"
+#include "qduino/library/library_index.h"
 
 #include <gtest/gtest.h>
 
-#include "apps/qduino/library_discovery.h"
+#include "qduino/library/library_discovery.h"
 
 namespace qduino::apps::library_index_test {
 namespace {

@@ -5,13 +5,13 @@
 
 #include <nlohmann/json.hpp>
 
-#include "apps/qduino/build_step.h"
-#include "apps/qduino/child_process.h"
-#include "apps/qduino/host_name.h"
-#include "apps/qduino/monitor_text.h"
-#include "apps/qduino/plot_server.h"
-#include "apps/qduino/remote.h"
-#include "apps/qduino/serial_hub.h"
+#include "qduino/common/build_step.h"
+#include "qduino/common/child_process.h"
+#include "qduino/common/host_name.h"
+#include "qduino/monitor/monitor_text.h"
+#include "qduino/monitor/plot_server.h"
+#include "qduino/upload/remote.h"
+#include "qduino/upload/serial_hub.h"
 #include "tests/unit/qduino/temporary_folder.h"
 
 namespace qduino::apps::monitor_test {

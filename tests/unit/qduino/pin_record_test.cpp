@@ -1,6 +1,6 @@
 // What the witnesses at a machine's pins leave: bytes, a log with times, and the dump that is made
 // of them.
-#include "apps/qduino/pin_record.h"
+#include "qduino/trace/pin_record.h"
 
 #include <gtest/gtest.h>
 

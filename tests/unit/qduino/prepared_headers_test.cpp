@@ -1,9 +1,9 @@
-#include "apps/qduino/prepared_headers.h"
+#include "qduino/build/prepared_headers.h"
 
 #include <gtest/gtest.h>
 #include <sys/file.h>
 
-#include "apps/qduino/build_step.h"
+#include "qduino/common/build_step.h"
 #include "tests/unit/qduino/temporary_folder.h"
 
 namespace qduino::apps::prepared_headers_test {

@@ -1,4 +1,4 @@
-#include "apps/qduino/sdk.h"
+#include "qduino/common/sdk.h"
 
 #include <gtest/gtest.h>
 

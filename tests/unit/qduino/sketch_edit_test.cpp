@@ -1,13 +1,13 @@
 // A profile's numbers in the text of a sketch: in its own units, every other byte as it was, and
 // what is no number refused.
-#include "apps/qduino/sketch_edit.h"
+#include "qduino/build/sketch_edit.h"
 
 #include <gmock/gmock.h>
 #include <sys/stat.h>
 
 #include <random>
 
-#include "apps/qduino/profile_result.h"
+#include "qduino/trace/profile_result.h"
 #include "tests/unit/qduino/temporary_folder.h"
 
 namespace qduino::apps::sketch_edit_test {

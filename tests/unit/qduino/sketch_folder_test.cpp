@@ -1,4 +1,4 @@
-#include "apps/qduino/sketch_folder.h"
+#include "qduino/common/sketch_folder.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // The schedule that is drawn of a kernel's trace, judged by the trace file: both come of the same
 // lines, by ways that share only the reading of a line.
-#include "apps/qduino/traced_picture.h"
+#include "qduino/trace/traced_picture.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,8 +10,8 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "apps/qduino/kernel_trace.h"
 #include "posix/small_file.h"
+#include "qduino/trace/kernel_trace.h"
 
 namespace qduino::apps::traced_picture_test {
 namespace {

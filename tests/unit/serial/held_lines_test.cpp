@@ -1,6 +1,6 @@
 // Bytes that wait for a reader who may be slow: what comes out are whole lines of what went in, in
 // order, and a sign wherever one is missing.
-#include "apps/serial/held_lines.h"
+#include "serial/held_lines.h"
 
 #include <gtest/gtest.h>
 

@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "apps/serial/serial_session.h"
+#include "serial/serial_session.h"
 #include "tests/unit/serial/noisy_host.h"
 
 namespace qduino::port::port_relay_test {

@@ -1,5 +1,5 @@
 // A pty as a host sees it: bytes as they are, and its coming and going are seen.
-#include "apps/serial/serial_port.h"
+#include "serial/serial_port.h"
 
 #include <fcntl.h>
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
 // The words that a serial host hears, and when; and that no noise on the wire loses or doubles a
 // line.
-#include "apps/serial/serial_session.h"
+#include "serial/serial_session.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Colours stand where a terminal shows them, and take no room.
-#include "apps/terminal/colour.h"
+#include "terminal/colour.h"
 
 #include <fcntl.h>
 #include <gtest/gtest.h>

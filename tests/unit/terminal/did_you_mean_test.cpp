@@ -1,4 +1,4 @@
-#include "apps/command_line/did_you_mean.h"
+#include "terminal/did_you_mean.h"
 
 #include <gtest/gtest.h>
 

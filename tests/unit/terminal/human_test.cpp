@@ -1,4 +1,4 @@
-#include "apps/terminal/human.h"
+#include "terminal/human.h"
 
 #include <gtest/gtest.h>
 

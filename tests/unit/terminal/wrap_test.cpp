@@ -1,5 +1,5 @@
 // Commands stay commands when they are broken into lines.
-#include "apps/terminal/message.h"
+#include "terminal/message.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "apps/toml/toml_section.h"
+#include "config/toml_section.h"
 
 #include <gtest/gtest.h>
 

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "apps/toml/toml_section.h"
+#include "config/toml_section.h"
 
 namespace qduino::apps::toml_error_test {
 namespace {

@@ -1,4 +1,4 @@
-#include "apps/inspect/inspect_server.h"
+#include "inspect/inspect_server.h"
 
 #include <gtest/gtest.h>
 #include <sys/socket.h>
@@ -10,7 +10,7 @@
 #include <cstring>
 #include <thread>
 
-#include "apps/inspect/inspect_server.h"
+#include "inspect/inspect_server.h"
 #include "tests/unit/twin/temporary_folder.h"
 
 namespace qduino::apps::inspect_server_test {

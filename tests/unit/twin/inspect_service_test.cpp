@@ -1,11 +1,11 @@
-#include "apps/inspect/inspect_service.h"
+#include "inspect/inspect_service.h"
 
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "apps/inspect/prefetch_source.h"
+#include "inspect/prefetch_source.h"
 #include "tests/unit/twin/pin_player.h"
 #include "tests/unit/twin/temporary_folder.h"
 

@@ -7,10 +7,10 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "apps/inspect/inspect_server.h"
 #include "board/linux/kernel/clock.h"
 #include "board/linux/pin/virtual_pins.h"
 #include "device/ads7828.h"
+#include "inspect/inspect_server.h"
 #include "tests/unit/twin/temporary_folder.h"
 
 namespace qduino::apps::virtual_machine_test {

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "apps/guarantee/guarantee_report.h"
+#include "report/guarantee_report.h"
 
 namespace qduino::web::api::guarantee_test {
 namespace {
