@@ -347,7 +347,7 @@ std::unique_ptr<KeptProcess> Launcher::plan_name() const {
 void Launcher::put_settings_back() const {
     const auto restored = board::linux::restore_settings(options_.settings_state);
     if (restored && *restored == board::linux::Restored::undone)
-        say("this machine's settings are as they were before");
+        say("this computer's settings are as they were before");
 }
 
 /// Advances the first `started` processes once. False: one has failed for good, and was named.
@@ -445,7 +445,7 @@ std::string Launcher::report() const {
             text<std::string>(
                 "The stepper loop has a core of its own: other programs, interrupts and kernel work were "
                 "moved off it. All of it is put back when the printer ends, also after a crash "
-                "(--no-isolate leaves this machine as it is; steps are then late more often). ",
+                "(--no-isolate leaves this computer as it is; steps are then late more often). ",
                 changes.empty()
                     ? "Nothing could be changed: the lines above say why."
                     : "Changed until then: " + changes + " (each one in " + options_.settings_state + ")."),

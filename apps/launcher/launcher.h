@@ -59,14 +59,14 @@ struct Options {
     /// The address that the service listens on, as numbers; "::": all of this computer's.
     std::string listen;
     int port = 8080;
-    double speed = 0;  ///< of the simulator; 0: in real time, on this machine
+    double speed = 0;  ///< of the simulator; 0: in real time, on this computer
     bool isolate = false;
     apps::ServiceOptions service;
     /// The budget of the service in each 100 ms of core 0; nothing: it is an ordinary process.
     std::optional<Nanoseconds> service_budget = kServiceBudget;
     /// Asked for: it is not made smaller when it does not fit.
     bool service_budget_exactly = false;
-    std::string settings_state;  ///< where the sketch notes what it changed on this machine
+    std::string settings_state;  ///< where the sketch notes what it changed on this computer
 };
 
 class Launcher {

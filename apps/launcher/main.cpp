@@ -82,7 +82,7 @@ int main(int argc, char** argv) {
                 "also take a serial host's lines: pty, or DEVICE[@BAUD]");
     line.option("--speed", options.speed, "in the simulator, so many times as fast").within(0.01, 10000.0);
     line.option("--machine", options.machine, "machine file (TOML)").existing_file();
-    line.flag("--no-isolate", no_isolate, "as root: leave this machine's cores as they are");
+    line.flag("--no-isolate", no_isolate, "as root: leave this computer's cores as they are");
     apps::declare_service_options(line, options.service);
     std::string service_budget;
     line.option("--service-budget", service_budget,

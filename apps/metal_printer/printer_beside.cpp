@@ -10,8 +10,8 @@
 
 #include "Printer.h"
 #include "PrinterWiring.h"
+#include "board/metal/computer/instructions.h"
 #include "board/metal/linux_side.h"
-#include "board/metal/machine/instructions.h"
 #include "board/metal/panic.h"
 
 namespace qduino::apps::metal {

@@ -15,8 +15,8 @@
 #include "arduino/metal/loader_words.h"
 #include "base/text.h"
 #include "board/board.h"
+#include "board/metal/computer/instructions.h"
 #include "board/metal/driver/emulator_files.h"
-#include "board/metal/machine/instructions.h"
 #include "board/metal/panic.h"
 
 namespace qduino::apps::metal {

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "board/metal/machine/clock.h"
+#include "board/metal/computer/clock.h"
 #include "board/metal/pins.h"
 
 namespace qduino::board::metal {
@@ -36,7 +36,7 @@ void LinuxSide::drive_safe_levels() {
     if (was_silent_) return;
     was_silent_ = true;
     area_->last_beat_ns.store(to_ns(last_beat_), std::memory_order_relaxed);
-    area_->safe_ns.store(to_ns(machine_clock.now()), std::memory_order_release);
+    area_->safe_ns.store(to_ns(computer_clock.now()), std::memory_order_release);
 }
 
 bool LinuxSide::is_deaf(Instant now) const {

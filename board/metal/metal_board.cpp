@@ -5,10 +5,10 @@
 
 #include "base/contract.h"
 #include "base/text.h"
+#include "board/metal/computer/paging.h"
 #include "board/metal/core/device_interrupts.h"
 #include "board/metal/library/thread_locals.h"
 #include "board/metal/linux_side.h"
-#include "board/metal/machine/paging.h"
 #include "board/real_time_mark.h"
 #include "board/vcpu_check.h"
 
@@ -23,9 +23,9 @@ Nanoseconds length_of(Action action) {
     std::array<Nanoseconds, 33> lengths;
     const InterruptsOff off;
     for (Nanoseconds& length : lengths) {
-        const Instant before = machine_clock.now();
+        const Instant before = computer_clock.now();
         action();
-        length = machine_clock.now() - before;
+        length = computer_clock.now() - before;
     }
     std::nth_element(lengths.begin(), lengths.begin() + lengths.size() / 2, lengths.end());
     return lengths[lengths.size() / 2];
@@ -35,16 +35,16 @@ Nanoseconds length_of(Action action) {
 /// outlast this, however slow the processor is.
 Nanoseconds length_of_a_decision() {
     static sched::CoreScheduler scheduler;  // too large for a stack
-    const Instant began = machine_clock.now();
+    const Instant began = computer_clock.now();
     for (VcpuId id = 1; id <= 4; ++id) {
         static_cast<void>(scheduler.add(id, {.budget = 1h, .period = 10h}, began));
         scheduler.wake(id, began);
     }
     return length_of([] {
-        const Instant now = machine_clock.now();
+        const Instant now = computer_clock.now();
         scheduler.account(now);
         static_cast<void>(scheduler.available(*scheduler.decide(now).vcpu, now));
-        scheduler.account(machine_clock.now());
+        scheduler.account(computer_clock.now());
     });
 }
 
@@ -88,9 +88,9 @@ void MetalBoard::count_spins() { turns_take_ = measure_turns(); }
 
 void MetalBoard::busy_until(Instant t) {
     if (t <= kEpoch) return;
-    const std::uint64_t end = machine_clock.count_at(t);
+    const std::uint64_t end = computer_clock.count_at(t);
     // The hint saves power and may take tens of nanoseconds, so not in the last microsecond.
-    const std::uint64_t close = end - std::min(end, machine_clock.hz() / 1'000'000);
+    const std::uint64_t close = end - std::min(end, computer_clock.hz() / 1'000'000);
     // Counted is a quarter of what is left at a time, for the count may be slower now than it was
     // when it was measured.
     for (std::uint64_t now = clock_count(); turns_take_ != 0 && now + 4 * turns_take_ < close;
@@ -281,7 +281,7 @@ GuaranteeReport MetalBoard::guarantee() const {
         if (thread.state == ThreadState::unused) continue;
         LoopGuarantee loop{thread.spec};
         loop.used = core_of(thread).charged(thread);
-        loop.watched = machine_clock.now() - began_;
+        loop.watched = computer_clock.now() - began_;
         loop.priority_enforced = loop.budget_enforced = true;
         loop.core_owned = thread.spec.owns_core;
         if (const std::uint64_t lost = thread.lost.load(); lost > 0)
@@ -293,7 +293,7 @@ GuaranteeReport MetalBoard::guarantee() const {
         if (!thread.times.empty())
             report.bottom_halves.push_back(thread.times.describe(thread.spec.id, thread.spec.core));
     }
-    const double seconds = runs_ ? to_seconds(machine_clock.now() - began_) : 0;
+    const double seconds = runs_ ? to_seconds(computer_clock.now() - began_) : 0;
     for (int number = first_core(); number < core_count(); ++number) {
         const CoreCounts& counts = core_at(number).counts();
         const auto came = counts.alarms.load() + counts.devices.load();

@@ -14,9 +14,9 @@
 #include <span>
 
 #include "board/board.h"
+#include "board/metal/computer/clock.h"
 #include "board/metal/core/kernel.h"
 #include "board/metal/core/locks.h"
-#include "board/metal/machine/clock.h"
 #include "board/metal/pins.h"
 
 namespace qduino::board::metal {
@@ -26,7 +26,7 @@ class MetalBoard final : public Board {
     MetalBoard();
 
     // ---- time -----------------------------------------------------------------------------------
-    [[nodiscard]] Instant now() override { return machine_clock.now(); }
+    [[nodiscard]] Instant now() override { return computer_clock.now(); }
     void busy_until(Instant t) override;
     void busy_for(Nanoseconds length) override { busy_until(now() + length); }
     /// From now on most of a spin is counted. To read its clock, and to take the hint that it

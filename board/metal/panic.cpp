@@ -3,11 +3,11 @@
 #include <atomic>
 
 #include "base/text.h"
+#include "board/metal/computer/computer.h"
+#include "board/metal/computer/paging.h"
 #include "board/metal/core/core.h"
 #include "board/metal/driver/serial_line.h"
 #include "board/metal/linux_side.h"
-#include "board/metal/machine/computer.h"
-#include "board/metal/machine/paging.h"
 #include "board/metal/pins.h"
 
 namespace qduino::board::metal {

@@ -1,8 +1,8 @@
 #include "board/metal/pins.h"
 
+#include "board/metal/computer/clock.h"
+#include "board/metal/computer/instructions.h"
 #include "board/metal/core/kernel.h"
-#include "board/metal/machine/clock.h"
-#include "board/metal/machine/instructions.h"
 
 namespace qduino::board::metal {
 namespace {
@@ -67,7 +67,7 @@ void Pins::put(PinId pin, Level level) {
 
 void Pins::drive(PinId pin, Level level) {
     if (wired_) {
-        wired_->pin_written(machine_clock.now(), pin, level);
+        wired_->pin_written(computer_clock.now(), pin, level);
     } else if (real_) {
         const InterruptsOff off;
         real_->write(pin, level);
@@ -81,7 +81,7 @@ Level Pins::read(PinId pin) const {
     if (pin.number >= kPinCount) return Level::low;
     const Pin& state = pins_[pin.number];
     if (wired_ && !state.output.load(std::memory_order_relaxed))
-        return wired_->pin_level(machine_clock.now(), pin);
+        return wired_->pin_level(computer_clock.now(), pin);
     if (real_ && !state.output.load(std::memory_order_relaxed)) {
         const InterruptsOff off;
         return real_->read(pin);
@@ -99,7 +99,7 @@ Result<void> Pins::write_pwm(PinId pin, double duty) {
     state.output.store(true);  // analogWrite() needs no pinMode()
     state.pwm.store(true);
     state.written.store(duty >= 0.5 ? Level::high : Level::low);
-    peripherals->pwm_written(machine_clock.now(), pin, duty);
+    peripherals->pwm_written(computer_clock.now(), pin, duty);
     return {};
 }
 
@@ -107,14 +107,14 @@ Result<void> Pins::set_pwm_period(PinId pin, Nanoseconds period) {
     QDUINO_TRY(check(pin));
     if (!is_pwm_period(period)) return bad_pwm_period();
     QDUINO_TRY_ASSIGN(Peripherals* const peripherals, wired());
-    peripherals->pwm_period_set(machine_clock.now(), pin, period);
+    peripherals->pwm_period_set(computer_clock.now(), pin, period);
     return {};
 }
 
 Result<double> Pins::read_analog(PinId pin) const {
     QDUINO_TRY(check(pin));
     QDUINO_TRY_ASSIGN(Peripherals* const peripherals, wired());
-    return peripherals->analog_level(machine_clock.now(), pin);
+    return peripherals->analog_level(computer_clock.now(), pin);
 }
 
 Result<void> Pins::set_safe_level(PinId pin, Level level) {
@@ -132,7 +132,7 @@ void Pins::force_safe_levels() {
         if (!state.output.exchange(true) && real_)
             static_cast<void>(set_real_mode(PinId{number}, PinMode::output));
         if (state.pwm.load())
-            wired_->pwm_written(machine_clock.now(), PinId{number},
+            wired_->pwm_written(computer_clock.now(), PinId{number},
                                 state.safe_level == Level::high ? 1.0 : 0.0);
         put(PinId{number}, state.safe_level);
     }
@@ -181,7 +181,7 @@ void Pins::note_edge(PinId pin, Level level) {
     watch.last = level;
     const Edge edge = level == Level::high ? Edge::rising : Edge::falling;
     if (watch.edge != Edge::both && watch.edge != edge) return;
-    give_work(watch.io, {.handler = watch.handler, .context = watch.context, .came = machine_clock.now()});
+    give_work(watch.io, {.handler = watch.handler, .context = watch.context, .came = computer_clock.now()});
 }
 
 }  // namespace qduino::board::metal

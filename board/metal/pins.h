@@ -1,6 +1,6 @@
 // The pins: virtual ones, whose other ends are outside of the machine, or real ones.
 //
-//   pin_write ──► write_virtual_pin() (machine/instructions.h) ──► whoever listens: the witness
+//   pin_write ──► write_virtual_pin() (computer/instructions.h) ──► whoever listens: the witness
 //   pin_read  ◄── what the wire has said ◄── one byte for each change, on the second serial line
 //
 //   a byte:  level ▕ p p p p p p p   the pin's number in the lower seven bits

@@ -3,10 +3,10 @@
 #include <bit>
 
 #include "board/board.h"
+#include "board/metal/computer/clock.h"
+#include "board/metal/computer/instructions.h"
 #include "board/metal/core/kernel.h"
 #include "board/metal/driver/pci.h"
-#include "board/metal/machine/clock.h"
-#include "board/metal/machine/instructions.h"
 #include "board/window/mail_client.h"
 
 namespace qduino::board::metal {
@@ -50,7 +50,7 @@ void PinsWindow::push(PinEvent event) {
         slot.in_use.store(1u + writer, std::memory_order_release);
     slot.writing.store(1, std::memory_order_relaxed);
     std::atomic_signal_fence(std::memory_order_seq_cst);
-    event.time_ns = to_ns(machine_clock.now());
+    event.time_ns = to_ns(computer_clock.now());
     if (!ring_of(writer).try_push(event)) slot.lost.fetch_add(1, std::memory_order_relaxed);
     slot.writing.store(0, std::memory_order_release);
     layout_->sketch_clock_ns.store(event.time_ns, std::memory_order_release);
@@ -88,10 +88,10 @@ Level PinsWindow::pin_level(Instant, PinId pin) {
 }
 
 void PinsWindow::wait_for_inputs() const {
-    const std::int64_t asked_ns = to_ns(machine_clock.now());
+    const std::int64_t asked_ns = to_ns(computer_clock.now());
     layout_->sketch_clock_ns.store(asked_ns, std::memory_order_release);
     while (layout_->inputs_as_of_ns.load(std::memory_order_acquire) < asked_ns - kInputAge.count() &&
-           to_ns(machine_clock.now()) < asked_ns + Nanoseconds{kPatience}.count())
+           to_ns(computer_clock.now()) < asked_ns + Nanoseconds{kPatience}.count())
         spin_hint();
 }
 

@@ -1,13 +1,13 @@
-#include "board/metal/machine/computer.h"
+#include "board/metal/computer/computer.h"
 
 #include <algorithm>
 
 #include "board/metal/aarch64/device_tree.h"
+#include "board/metal/computer/clock.h"
+#include "board/metal/computer/paging.h"
 #include "board/metal/core/device_interrupts.h"
 #include "board/metal/driver/pl061.h"
 #include "board/metal/driver/serial_line.h"
-#include "board/metal/machine/clock.h"
-#include "board/metal/machine/paging.h"
 #include "board/metal/panic.h"
 #include "board/metal/pins.h"
 
@@ -71,7 +71,7 @@ bool read_boot_facts(std::uint64_t magic, std::uint64_t told_at, std::uint64_t i
 
 void start_computer(const BootFacts&) {
     forbid_guard_pages(page_directories, 0);
-    machine_clock.set(QDUINO_READ_SYSTEM(cntfrq_el0), clock_count());
+    computer_clock.set(QDUINO_READ_SYSTEM(cntfrq_el0), clock_count());
     if (tree.gic_distributor == 0) panic("the device tree tells of no GICv2");
     Gic::open(tree.gic_distributor, tree.gic_cpu);
     Gic::enable();

@@ -10,7 +10,7 @@
 #include <string_view>
 
 #include "base/fixed_vector.h"
-#include "board/metal/machine/core_interrupts.h"
+#include "board/metal/computer/core_interrupts.h"
 
 namespace qduino::board::metal {
 

@@ -4,9 +4,9 @@
 #include <bit>
 
 #include "base/contract.h"
-#include "board/metal/machine/clock.h"
-#include "board/metal/machine/instructions.h"
-#include "board/metal/machine/spin_lock.h"
+#include "board/metal/computer/clock.h"
+#include "board/metal/computer/instructions.h"
+#include "board/metal/computer/spin_lock.h"
 
 namespace qduino::board::metal {
 namespace {
@@ -90,7 +90,7 @@ void Gic::set_alarm(Instant t) {
         QDUINO_WRITE_SYSTEM(cntv_ctl_el0, 0);
         return;
     }
-    QDUINO_WRITE_SYSTEM(cntv_cval_el0, machine_clock.count_at(std::max(t, kEpoch)));
+    QDUINO_WRITE_SYSTEM(cntv_cval_el0, computer_clock.count_at(std::max(t, kEpoch)));
     QDUINO_WRITE_SYSTEM(cntv_ctl_el0, 1);
 }
 

@@ -13,8 +13,8 @@
 #include <cstdint>
 
 #include "base/time.h"
-#include "board/metal/machine/core_interrupts.h"
-#include "board/metal/machine/processor.h"
+#include "board/metal/computer/core_interrupts.h"
+#include "board/metal/computer/processor.h"
 
 namespace qduino::board::metal {
 

@@ -1,4 +1,4 @@
-// aarch64's part of machine/instructions.h: system registers, the generic timer's counter, the
+// aarch64's part of computer/instructions.h: system registers, the generic timer's counter, the
 // interrupt mask.
 //
 // Arm ARM (DDI 0487): D19 (system registers), C6.2 (instructions), D12 (the generic timer).

@@ -1,6 +1,6 @@
-#include "board/metal/machine/processor.h"
+#include "board/metal/computer/processor.h"
 
-#include "board/metal/machine/core_interrupts.h"
+#include "board/metal/computer/core_interrupts.h"
 
 extern "C" {
 using qduino::board::metal::Frame;

@@ -1,4 +1,4 @@
-// aarch64's part of machine/processor.h.
+// aarch64's part of computer/processor.h.
 //
 //   SP_EL0   what runs: a thread, the idle loop, the host
 //   SP_EL1   the kernel, from an exception to its end. Between two exceptions it is the top of the
@@ -11,7 +11,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "board/metal/machine/instructions.h"
+#include "board/metal/computer/instructions.h"
 
 namespace qduino::board::metal {
 

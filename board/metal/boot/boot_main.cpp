@@ -5,13 +5,13 @@
 
 #include "base/contract.h"
 #include "base/text.h"
+#include "board/metal/computer/clock.h"
+#include "board/metal/computer/computer.h"
+#include "board/metal/computer/paging.h"
 #include "board/metal/core/kernel.h"
 #include "board/metal/library/heap.h"
 #include "board/metal/library/thread_locals.h"
 #include "board/metal/linux_side.h"
-#include "board/metal/machine/clock.h"
-#include "board/metal/machine/computer.h"
-#include "board/metal/machine/paging.h"
 #include "board/metal/panic.h"
 
 extern "C" {
@@ -40,8 +40,8 @@ void start_other_cores() {
     for (std::size_t i = 1; i < cores_in_computer(); ++i) {
         starting.store(&cores[i]);
         start_core(i, cores[i]);
-        const Instant give_up = machine_clock.now() + 1s;
-        while (starting.load() && machine_clock.now() < give_up) spin_hint();
+        const Instant give_up = computer_clock.now() + 1s;
+        while (starting.load() && computer_clock.now() < give_up) spin_hint();
         if (starting.exchange(nullptr)) return;
         while (core_count() == static_cast<int>(i)) spin_hint();
     }

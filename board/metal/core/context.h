@@ -12,7 +12,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "board/metal/machine/processor.h"
+#include "board/metal/computer/processor.h"
 
 namespace qduino::board::metal {
 

@@ -3,11 +3,11 @@
 #include <algorithm>
 
 #include "base/contract.h"
+#include "board/metal/computer/clock.h"
+#include "board/metal/computer/instructions.h"
 #include "board/metal/core/device_interrupts.h"
 #include "board/metal/core/locks.h"
 #include "board/metal/library/thread_locals.h"
-#include "board/metal/machine/clock.h"
-#include "board/metal/machine/instructions.h"
 #include "board/metal/panic.h"
 
 extern "C" qduino::board::metal::Frame* enter_kernel(const qduino::board::metal::Frame* frame) {
@@ -59,7 +59,7 @@ void Core::begin_threads() {
 
 Frame* Core::enter(const Frame& frame) {
     if (frame.vector < kExceptions) panic(frame);
-    const Instant came = machine_clock.now();
+    const Instant came = computer_clock.now();
     if (runs_threads()) charge(came);
     inside_ = true;
     serve(frame, came);
@@ -109,7 +109,7 @@ void Core::serve(const Frame& frame, Instant now) {
 
 Context& Core::choose(Instant came) {
     if (!runs_threads()) return *current_;
-    const Instant now = machine_clock.now();
+    const Instant now = computer_clock.now();
     scheduler_.account(now, now - came);
     open_mail(now);
     const Instant next_wake = wake_sleepers(now);
@@ -120,7 +120,7 @@ Context& Core::choose(Instant came) {
         turn_to(host_.context, nullptr);
     } else {
         go_on(scheduler_.decide(now), now, next_wake);
-        count_pass(machine_clock.now() - came);
+        count_pass(computer_clock.now() - came);
     }
     return *current_;
 }
@@ -132,7 +132,7 @@ void Core::go_on(const sched::Decision& decision, Instant now, Instant next_wake
     const bool ends_by_budget = thread && !thread->spec.owns_core && decision.until == now + left;
     const Instant next_turn = device_interrupts.next_turn(number_);
     turn_to(thread ? thread->context : idle_.context, thread);
-    const Instant end = machine_clock.now();
+    const Instant end = computer_clock.now();
     scheduler_.account(end, end - now);
     until_ = ends_by_budget ? end + left : decision.until;
     const Instant own = alarms_allowed() ? std::min({until_, next_wake, next_turn}) : kForever;
@@ -208,13 +208,13 @@ void Core::give_up(ThreadState state, Instant wake) {
     QDUINO_EXPECT(running_ != nullptr);
     running_->state = state;
     running_->wake = wake;
-    scheduler_.block(running_->spec.id, machine_clock.now());
+    scheduler_.block(running_->spec.id, computer_clock.now());
     look_up();
 }
 
 void Core::wait_for_lock() {
     running_->state = ThreadState::waiting;
-    scheduler_.wait_for_lock(running_->spec.id, true, machine_clock.now());
+    scheduler_.wait_for_lock(running_->spec.id, true, computer_clock.now());
     look_up();
 }
 
@@ -225,11 +225,11 @@ void Core::finish() {
 
 void Core::release(Instant nominal) {
     running_->turns.release(running_->spec, running_->spec.requests);
-    scheduler_.release(running_->spec.id, nominal, machine_clock.now());
+    scheduler_.release(running_->spec.id, nominal, computer_clock.now());
 }
 
 Nanoseconds Core::cpu_time() {
-    scheduler_.account(machine_clock.now());
+    scheduler_.account(computer_clock.now());
     return scheduler_.consumed(running_->spec.id);
 }
 
@@ -237,7 +237,7 @@ Nanoseconds Core::cpu_time() {
 
 void Core::let_threads_run(Instant until) {
     const InterruptsOff off;
-    const Instant now = machine_clock.now();
+    const Instant now = computer_clock.now();
     scheduler_.account(now, now - std::max(host_.since, kEpoch));
     host_.until = until;
     host_.runs = false;

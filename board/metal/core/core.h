@@ -28,9 +28,9 @@
 #include <cstdint>
 
 #include "base/time.h"
+#include "board/metal/computer/core_interrupts.h"
 #include "board/metal/core/mail.h"
 #include "board/metal/core/thread.h"
-#include "board/metal/machine/core_interrupts.h"
 #include "sched/core_scheduler.h"
 
 namespace qduino::board::metal {

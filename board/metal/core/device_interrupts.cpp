@@ -4,9 +4,9 @@
 #include <bit>
 
 #include "base/text.h"
+#include "board/metal/computer/clock.h"
+#include "board/metal/computer/instructions.h"
 #include "board/metal/core/kernel.h"
-#include "board/metal/machine/clock.h"
-#include "board/metal/machine/instructions.h"
 
 namespace qduino::board::metal {
 namespace {
@@ -85,7 +85,7 @@ void DeviceInterrupts::serve(std::size_t index, Instant now) {
 void DeviceInterrupts::ask(const Device& device) {
     for (std::size_t i = 0; i < entries_.size(); ++i) {
         const Entry& entry = entries_[i];
-        if (entry.device != &device || give(entry, machine_clock.now())) continue;
+        if (entry.device != &device || give(entry, computer_clock.now())) continue;
         const InterruptsOff off;
         CoreInterrupts::interrupt_core(core_at(entry.core).target(),
                                        static_cast<std::uint8_t>(kDeviceVectors + i));

@@ -27,7 +27,7 @@
 #include "base/fixed_vector.h"
 #include "base/result.h"
 #include "base/time.h"
-#include "board/metal/machine/core_interrupts.h"
+#include "board/metal/computer/core_interrupts.h"
 #include "board/types.h"
 
 namespace qduino::board::metal {

@@ -1,7 +1,7 @@
 #include "board/metal/core/kernel.h"
 
-#include "board/metal/machine/clock.h"
-#include "board/metal/machine/instructions.h"
+#include "board/metal/computer/clock.h"
+#include "board/metal/computer/instructions.h"
 
 namespace qduino::board::metal {
 namespace {
@@ -40,10 +40,10 @@ void serve_work(Thread& self, const std::atomic<bool>& ended) {
     while (!ended.load(std::memory_order_relaxed)) {
         Work work;
         if (self.queue.try_pop(work)) {
-            const Instant began = machine_clock.now();
+            const Instant began = computer_clock.now();
             self.came = work.came;
             work.handler(work.context);
-            self.times.record(work.came, began, machine_clock.now());
+            self.times.record(work.came, began, computer_clock.now());
             continue;
         }
         // Work that comes between this look and the switch is in the mail, which the switch opens.

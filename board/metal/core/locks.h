@@ -10,8 +10,8 @@
 // retries. What a holder without budget runs on is the scheduler's (sched/core_scheduler.h).
 #pragma once
 
+#include "board/metal/computer/spin_lock.h"
 #include "board/metal/core/thread.h"
-#include "board/metal/machine/spin_lock.h"
 #include "board/types.h"
 
 namespace qduino::board::metal {

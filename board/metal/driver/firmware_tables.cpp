@@ -39,12 +39,12 @@ std::uint64_t find_table(std::uint64_t rsdp, std::string_view name) {
     return 0;
 }
 
-void take_core(Machine& machine, std::uint32_t apic, std::uint32_t flags) {
+void take_core(ComputerTables& tables, std::uint32_t apic, std::uint32_t flags) {
     constexpr std::uint32_t kEnabled = 1, kHighest = 0xfe;
     // Firmware may have named one as both kinds of entry.
-    const bool known = std::ranges::find(machine.cores, apic) != machine.cores.end();
+    const bool known = std::ranges::find(tables.cores, apic) != tables.cores.end();
     if ((flags & kEnabled) == 0 || apic > kHighest || known) return;
-    static_cast<void>(machine.cores.try_push_back(apic));
+    static_cast<void>(tables.cores.try_push_back(apic));
 }
 
 LineOverride override_at(std::uint64_t entry) {
@@ -55,17 +55,17 @@ LineOverride override_at(std::uint64_t entry) {
             .level_triggered = (flags >> 2 & 3) == 3};
 }
 
-void take_entry(std::uint64_t entry, Machine& machine) {
+void take_entry(std::uint64_t entry, ComputerTables& tables) {
     switch (read_at<std::uint8_t>(entry)) {
         case 0:  // processor, local APIC
-            return take_core(machine, read_at<std::uint8_t>(entry + 3), read_at<std::uint32_t>(entry + 4));
+            return take_core(tables, read_at<std::uint8_t>(entry + 3), read_at<std::uint32_t>(entry + 4));
         case 9:  // processor, local x2APIC
-            return take_core(machine, read_at<std::uint32_t>(entry + 4), read_at<std::uint32_t>(entry + 8));
+            return take_core(tables, read_at<std::uint32_t>(entry + 4), read_at<std::uint32_t>(entry + 8));
         case 1:  // I/O APIC
-            if (read_at<std::uint32_t>(entry + 8) == 0) machine.io_apic = read_at<std::uint32_t>(entry + 4);
+            if (read_at<std::uint32_t>(entry + 8) == 0) tables.io_apic = read_at<std::uint32_t>(entry + 4);
             return;
         case 2:
-            static_cast<void>(machine.overrides.try_push_back(override_at(entry)));
+            static_cast<void>(tables.overrides.try_push_back(override_at(entry)));
             return;
         default:
             return;
@@ -84,22 +84,22 @@ std::uint16_t acpi_timer_port(std::uint64_t rsdp) {
 
 }  // namespace
 
-Result<Machine> read_firmware_tables(std::uint64_t rsdp, std::uint32_t first) {
+Result<ComputerTables> read_firmware_tables(std::uint64_t rsdp, std::uint32_t first) {
     if (rsdp == 0) rsdp = search_rsdp();
     const std::uint64_t madt = rsdp == 0 ? 0 : find_table(rsdp, "APIC");
     if (madt == 0) return make_error(ErrorCode::not_found, "the firmware has no ACPI table of interrupts");
-    Machine machine;
-    machine.cores.push_back(first);
-    machine.acpi_timer = acpi_timer_port(rsdp);
-    machine.local_apic = read_at<std::uint32_t>(madt + 36);
+    ComputerTables tables;
+    tables.cores.push_back(first);
+    tables.acpi_timer = acpi_timer_port(rsdp);
+    tables.local_apic = read_at<std::uint32_t>(madt + 36);
     const std::uint64_t end = madt + read_at<std::uint32_t>(madt + 4);
     for (std::uint64_t entry = madt + 44; entry + 2 <= end;) {
         const auto length = read_at<std::uint8_t>(entry + 1);
         if (length < 2) break;
-        take_entry(entry, machine);
+        take_entry(entry, tables);
         entry += length;
     }
-    return machine;
+    return tables;
 }
 
 }  // namespace qduino::board::metal

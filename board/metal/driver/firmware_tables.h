@@ -12,7 +12,7 @@
 
 #include "base/fixed_vector.h"
 #include "base/result.h"
-#include "board/metal/machine/core_interrupts.h"
+#include "board/metal/computer/core_interrupts.h"
 
 namespace qduino::board::metal {
 
@@ -24,7 +24,7 @@ struct LineOverride {
     bool level_triggered = false;
 };
 
-struct Machine {
+struct ComputerTables {
     FixedVector<std::uint32_t, kCoresMax> cores;  ///< their local APIC numbers, the first one first
     std::uint64_t local_apic = 0xfee00000;
     std::uint64_t io_apic = 0;  ///< of inputs 0…; 0: none
@@ -35,6 +35,6 @@ struct Machine {
 /// `rsdp`: where the loader says that it is; 0: it is looked for where a BIOS has it. `first`: the
 /// local APIC number of the calling core. Cores beyond kCoresMax are left alone, and so
 /// are those with a number beyond 254: what a device raises reaches no such core. Error: not_found.
-Result<Machine> read_firmware_tables(std::uint64_t rsdp, std::uint32_t first);
+Result<ComputerTables> read_firmware_tables(std::uint64_t rsdp, std::uint32_t first);
 
 }  // namespace qduino::board::metal

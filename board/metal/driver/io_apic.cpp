@@ -1,6 +1,6 @@
 #include "board/metal/driver/io_apic.h"
 
-#include "board/metal/machine/instructions.h"
+#include "board/metal/computer/instructions.h"
 
 namespace qduino::board::metal {
 namespace {
@@ -18,24 +18,24 @@ void silence_old_pic() {
     port_write(kSecondMask, 0xff);
 }
 
-IoApic::IoApic(const Machine& machine) : machine_(machine) {
+IoApic::IoApic(const ComputerTables& tables) : tables_(tables) {
     const std::uint32_t last = read(kVersion) >> 16 & 0xff;
     for (std::uint32_t input = 0; input <= last; ++input) write(kEntries + 2 * input, kMasked);
 }
 
 void IoApic::write(std::uint32_t number, std::uint32_t value) const {
-    memory_write(machine_.io_apic, number);
-    memory_write(machine_.io_apic + kDataWindow, value);
+    memory_write(tables_.io_apic, number);
+    memory_write(tables_.io_apic + kDataWindow, value);
 }
 
 std::uint32_t IoApic::read(std::uint32_t number) const {
-    memory_write(machine_.io_apic, number);
-    return memory_read(machine_.io_apic + kDataWindow);
+    memory_write(tables_.io_apic, number);
+    return memory_read(tables_.io_apic + kDataWindow);
 }
 
 void IoApic::route(std::uint8_t line, std::uint8_t vector, std::uint32_t apic) {
     LineOverride where{.line = line, .input = line};
-    for (const LineOverride& known : machine_.overrides) {
+    for (const LineOverride& known : tables_.overrides) {
         if (known.line == line) where = known;
     }
     const std::uint32_t entry = kEntries + 2 * where.input;

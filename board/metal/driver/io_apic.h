@@ -7,8 +7,8 @@
 
 #include <cstdint>
 
+#include "board/metal/computer/core_interrupts.h"
 #include "board/metal/driver/firmware_tables.h"
-#include "board/metal/machine/core_interrupts.h"
 
 namespace qduino::board::metal {
 
@@ -19,7 +19,7 @@ void silence_old_pic();
 class IoApic final : public InterruptSource {
   public:
     /// All inputs are masked. `machine` outlives it.
-    explicit IoApic(const Machine& machine);
+    explicit IoApic(const ComputerTables& tables);
 
     /// ISA line `line`; `apic` is the number of a local APIC.
     void route(std::uint8_t line, std::uint8_t vector, std::uint32_t apic) override;
@@ -28,7 +28,7 @@ class IoApic final : public InterruptSource {
     void write(std::uint32_t number, std::uint32_t value) const;
     [[nodiscard]] std::uint32_t read(std::uint32_t number) const;
 
-    const Machine& machine_;
+    const ComputerTables& tables_;
 };
 
 }  // namespace qduino::board::metal

@@ -9,9 +9,9 @@
 
 #include <cstdint>
 
+#include "board/metal/computer/core_interrupts.h"
+#include "board/metal/computer/spin_lock.h"
 #include "board/metal/driver/pci.h"
-#include "board/metal/machine/core_interrupts.h"
-#include "board/metal/machine/spin_lock.h"
 
 namespace qduino::board::metal {
 

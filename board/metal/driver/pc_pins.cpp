@@ -7,12 +7,12 @@
 #include <algorithm>
 #include <array>
 
+#include "board/metal/computer/computer.h"
+#include "board/metal/computer/instructions.h"
 #include "board/metal/driver/intel_pads.h"
 #include "board/metal/driver/lpt_port.h"
 #include "board/metal/driver/pci.h"
 #include "board/metal/linux_side.h"
-#include "board/metal/machine/computer.h"
-#include "board/metal/machine/instructions.h"
 #include "board/metal/pins.h"
 
 namespace qduino::board::metal {

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
+#include "board/metal/computer/instructions.h"
 #include "board/metal/driver/wide_ports.h"
-#include "board/metal/machine/instructions.h"
 
 namespace qduino::board::metal {
 namespace {

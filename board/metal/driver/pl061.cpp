@@ -1,6 +1,6 @@
 #include "board/metal/driver/pl061.h"
 
-#include "board/metal/machine/instructions.h"
+#include "board/metal/computer/instructions.h"
 #include "board/metal/pins.h"
 
 namespace qduino::board::metal {

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
+#include "board/metal/computer/clock.h"
+#include "board/metal/computer/instructions.h"
 #include "board/metal/linux_side.h"
-#include "board/metal/machine/clock.h"
-#include "board/metal/machine/instructions.h"
 
 namespace qduino::board::metal {
 ConsoleLine console_line;
@@ -15,7 +15,7 @@ void SerialLine::lead_to(BesideLine& line) {
     in_ = &line.in;
 }
 
-bool SerialLine::all_sent() const { return out_->size() == 0 || linux_side.is_deaf(machine_clock.now()); }
+bool SerialLine::all_sent() const { return out_->size() == 0 || linux_side.is_deaf(computer_clock.now()); }
 
 void SerialLine::listen() {
     listens_ = true;
@@ -32,7 +32,7 @@ std::size_t SerialLine::write(std::span<const std::uint8_t> bytes) {
         taken += pushed;
         room = pushed == piece.size();
     }
-    if (taken < bytes.size() && linux_side.is_deaf(machine_clock.now())) return bytes.size();
+    if (taken < bytes.size() && linux_side.is_deaf(computer_clock.now())) return bytes.size();
     let_interrupt();
     return taken;
 }

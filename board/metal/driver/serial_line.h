@@ -11,9 +11,9 @@
 #include <cstdint>
 #include <span>
 
+#include "board/metal/computer/spin_lock.h"
+#include "board/metal/computer/uart.h"
 #include "board/metal/core/device_interrupts.h"
-#include "board/metal/machine/spin_lock.h"
-#include "board/metal/machine/uart.h"
 #include "board/window/beside_layout.h"
 #include "channel/ring_buffer.h"
 

@@ -2,7 +2,7 @@
 // each of its programs (the vDSO), and there is none: it would follow a null pointer. So clock(),
 // time(), std::chrono's clocks, nanosleep() and std::this_thread::sleep_for() all come here.
 //
-//   CLOCK_MONOTONIC and its kin    since the computer began (machine/clock.h)
+//   CLOCK_MONOTONIC and its kin    since the computer began (computer/clock.h)
 //   CLOCK_REALTIME                 the same: nobody has told this computer the date, so it is 1970
 //   CLOCK_THREAD_CPUTIME_ID        what the calling loop was charged; in setup() nothing
 //   a wait                         the loop sleeps, and others run
@@ -12,7 +12,7 @@
 #include <cstdint>
 
 #include "board/board.h"
-#include "board/metal/machine/clock.h"
+#include "board/metal/computer/clock.h"
 
 namespace qduino::board::metal {
 namespace {
@@ -26,7 +26,7 @@ bool counts_cpu_time(int clock) { return clock == kProcessCpuTime || clock == kT
 
 int tell_time(int clock, timespec* time) {
     if (clock < 0 || clock > kLastClock) return -1;
-    const Nanoseconds since = counts_cpu_time(clock) ? current().cpu_time() : machine_clock.now() - kEpoch;
+    const Nanoseconds since = counts_cpu_time(clock) ? current().cpu_time() : computer_clock.now() - kEpoch;
     *time = {since.count() / kSecond, since.count() % kSecond};
     return 0;
 }
@@ -36,7 +36,7 @@ int wait_for(int clock, int flags, const timespec* time) {
         time->tv_sec > INT64_MAX / kSecond / 2 || time->tv_nsec < 0 || time->tv_nsec >= kSecond)
         return kInvalid;
     const Nanoseconds length{time->tv_sec * kSecond + time->tv_nsec};
-    current().sleep_until((flags & kAbsolute ? kEpoch : machine_clock.now()) + length);
+    current().sleep_until((flags & kAbsolute ? kEpoch : computer_clock.now()) + length);
     return 0;
 }
 

@@ -5,7 +5,7 @@
 #include <cstring>
 #include <new>
 
-#include "board/metal/machine/spin_lock.h"
+#include "board/metal/computer/spin_lock.h"
 #include "board/metal/panic.h"
 
 namespace qduino::board::metal {

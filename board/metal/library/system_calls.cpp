@@ -11,8 +11,8 @@
 #include <span>
 #include <string_view>
 
+#include "board/metal/computer/processor.h"
 #include "board/metal/driver/serial_line.h"
-#include "board/metal/machine/processor.h"
 #include "board/metal/panic.h"
 
 namespace qduino::board::metal {

@@ -5,7 +5,7 @@
 #include <new>
 
 #include "base/contract.h"
-#include "board/metal/machine/processor.h"
+#include "board/metal/computer/processor.h"
 
 // image.ld: where the image has them, how many bytes are not zero, how many there are, and of
 // what their address is a multiple.

@@ -1,5 +1,5 @@
 // The variables that each context has for itself, `thread_local` ones and the C library's errno.
-// Where they lie differs between architectures: ThreadLocalsLayout of machine/processor.h.
+// Where they lie differs between architectures: ThreadLocalsLayout of computer/processor.h.
 #pragma once
 
 #include <cstdint>

@@ -10,10 +10,10 @@
 #include <algorithm>
 
 #include "base/text.h"
+#include "board/metal/computer/clock.h"
+#include "board/metal/computer/instructions.h"
 #include "board/metal/driver/e1000.h"
 #include "board/metal/driver/virtio_net.h"
-#include "board/metal/machine/clock.h"
-#include "board/metal/machine/instructions.h"
 #include "board/metal/net/tcp_sockets.h"
 #include "board/metal/net/udp_sockets.h"
 #include "board/metal/panic.h"
@@ -98,7 +98,7 @@ void Network::take_turn() {
         card_->release();
         ++frames;
     }
-    const Instant now = machine_clock.now();
+    const Instant now = computer_clock.now();
     TcpSocket::serve_all(now);
     UdpSocket::serve_all();
     sys_check_timeouts();
@@ -119,7 +119,7 @@ void open_network() { network.open(); }
 
 extern "C" {
 std::uint32_t sys_now() {
-    return static_cast<std::uint32_t>(qduino::to_ns(qduino::board::metal::machine_clock.now()) / 1'000'000);
+    return static_cast<std::uint32_t>(qduino::to_ns(qduino::board::metal::computer_clock.now()) / 1'000'000);
 }
 void lwip_failed(const char* what) { qduino::board::metal::panic(qduino::text("lwIP: ", what)); }
 /// For port and transaction numbers: the linear congruential generator of Knuth's MMIX (The Art of

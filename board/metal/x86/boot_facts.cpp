@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstring>
 
-#include "board/metal/machine/computer.h"
+#include "board/metal/computer/computer.h"
 #include "board/metal/x86/start_info.h"
 
 namespace qduino::board::metal {

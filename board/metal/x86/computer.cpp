@@ -1,13 +1,13 @@
-#include "board/metal/machine/computer.h"
+#include "board/metal/computer/computer.h"
 
 #include <cstring>
 
+#include "board/metal/computer/paging.h"
 #include "board/metal/core/device_interrupts.h"
 #include "board/metal/driver/firmware_tables.h"
 #include "board/metal/driver/io_apic.h"
 #include "board/metal/driver/pc_timers.h"
 #include "board/metal/driver/serial_line.h"
-#include "board/metal/machine/paging.h"
 #include "board/metal/panic.h"
 #include "board/metal/pins.h"
 #include "board/metal/pins_window.h"
@@ -24,13 +24,13 @@ namespace {
 
 constexpr std::uint32_t kTrampoline = 0x8000;  // as x86/entry.S has it
 
-Machine machine;
+ComputerTables tables;
 
 void read_machine(const BootFacts& facts) {
-    Result<Machine> read = read_firmware_tables(facts.rsdp_at, LocalApic::number());
+    Result<ComputerTables> read = read_firmware_tables(facts.rsdp_at, LocalApic::number());
     if (!read) panic(read.error().message.view());
-    machine = *read;
-    const std::uint64_t hz = clock_rate(machine.acpi_timer);
+    tables = *read;
+    const std::uint64_t hz = clock_rate(tables.acpi_timer);
     if (hz == 0) panic("no timer tells how fast the processor's counter is");
     LocalApic::calibrate(hz);
 }
@@ -58,9 +58,9 @@ void start_computer(const BootFacts& facts) {
     else
         forbid_guard_pages(page_directories, 0);
     if (!beside) silence_old_pic();
-    LocalApic::enable(machine.local_apic, !beside);
+    LocalApic::enable(tables.local_apic, !beside);
     if (beside) {
-        machine.cores.push_back(LocalApic::number());
+        tables.cores.push_back(LocalApic::number());
         LocalApic::calibrate(beside->clock_hz);
     } else {
         read_machine(facts);
@@ -69,24 +69,24 @@ void start_computer(const BootFacts& facts) {
 
 void open_devices(const BootFacts& facts) {
     if (facts.beside) return open_shared_memory(*facts.beside);
-    if (machine.io_apic == 0) panic("the firmware tells of no I/O APIC");
-    static IoApic io_apic(machine);
+    if (tables.io_apic == 0) panic("the firmware tells of no I/O APIC");
+    static IoApic io_apic(tables);
     interrupt_lines = &io_apic;
     open_line(DeviceClass::uart, Uart16550::kFirstLine, console_line);
     open_line(DeviceClass::gpio, Uart16550::kSecondLine, pins_wire);
     if (pins_window.open()) pins.wire_to(pins_window);
 }
 
-std::size_t cores_in_computer() { return machine.cores.size(); }
+std::size_t cores_in_computer() { return tables.cores.size(); }
 
 void start_core(std::size_t index, const Core& core) {
     std::memcpy(reinterpret_cast<void*>(kTrampoline), trampoline,
                 static_cast<std::size_t>(trampoline_end - trampoline));
     next_core_stack = core.boot_stack_top();
-    LocalApic::start_core(machine.cores[index], kTrampoline);
+    LocalApic::start_core(tables.cores[index], kTrampoline);
 }
 
-void join_computer() { LocalApic::enable(machine.local_apic, true); }
+void join_computer() { LocalApic::enable(tables.local_apic, true); }
 std::uint32_t own_target() { return LocalApic::number(); }
 
 /// QEMU ends a turn at each timer of the machine.

@@ -1,5 +1,5 @@
-// x86-64's part of machine/instructions.h: ports, model-specific registers, the time-stamp counter,
-// the interrupt flag.
+// x86-64's part of computer/instructions.h: ports, model-specific registers, the time-stamp
+// counter, the interrupt flag.
 #pragma once
 
 #include <cstdint>

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "board/metal/machine/clock.h"
-#include "board/metal/machine/instructions.h"
+#include "board/metal/computer/clock.h"
+#include "board/metal/computer/instructions.h"
 
 namespace qduino::board::metal {
 namespace {
@@ -22,7 +22,7 @@ constexpr std::uint32_t kStartup = 0x4600;
 constexpr std::uint32_t kNmiToAllOthers = 0xc4400;
 
 void wait_us(std::uint64_t length) {
-    const std::uint64_t end = clock_count() + machine_clock.hz() / 1'000'000 * length;
+    const std::uint64_t end = clock_count() + computer_clock.hz() / 1'000'000 * length;
     while (clock_count() < end) spin_hint();
 }
 
@@ -57,7 +57,7 @@ void LocalApic::enable(std::uint64_t address, bool may_change) {
 std::uint32_t LocalApic::number() { return x2apic_ ? read(kNumber) : read(kNumber) >> 24; }
 
 void LocalApic::calibrate(std::uint64_t hz) {
-    machine_clock.set(hz, clock_count());
+    computer_clock.set(hz, clock_count());
     write(kTimer, kMasked | kTimerVector);
     write(kCount, UINT32_MAX);
     const std::uint64_t begin = clock_count();
@@ -73,9 +73,9 @@ void LocalApic::calibrate(std::uint64_t hz) {
 /// smallest count of the timer lets it get on.
 void LocalApic::set_alarm(Instant t) {
     if (tsc_deadline_)
-        return msr_write(kDeadlineMsr, t == kForever ? 0 : machine_clock.count_at(std::max(t, kEpoch)));
+        return msr_write(kDeadlineMsr, t == kForever ? 0 : computer_clock.count_at(std::max(t, kEpoch)));
     if (t == kForever) return write(kCount, 0);
-    const Nanoseconds left = std::clamp(t - machine_clock.now(), Nanoseconds{0}, Nanoseconds{1s});
+    const Nanoseconds left = std::clamp(t - computer_clock.now(), Nanoseconds{0}, Nanoseconds{1s});
     const std::uint64_t ticks = static_cast<std::uint64_t>(left.count()) * timer_hz_ / 1'000'000'000 + 1;
     write(kCount, static_cast<std::uint32_t>(std::min<std::uint64_t>(ticks, UINT32_MAX)));
 }

@@ -1,4 +1,4 @@
-#include "board/metal/machine/processor.h"
+#include "board/metal/computer/processor.h"
 
 #include <cstring>
 

@@ -1,11 +1,11 @@
-// x86-64's part of machine/processor.h.
+// x86-64's part of computer/processor.h.
 #pragma once
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
 
-#include "board/metal/machine/instructions.h"
+#include "board/metal/computer/instructions.h"
 #include "board/metal/x86/descriptors.h"
 
 namespace qduino::board::metal {

@@ -10,7 +10,7 @@
 #include <atomic>
 
 #include "board/metal/core/device_interrupts.h"
-#include "board/metal/machine/clock.h"
+#include "board/metal/computer/clock.h"
 
 using namespace qduino::board::metal;
 using qduino::board::DeviceClass;
@@ -34,7 +34,7 @@ class Pulser final : public Device {
  private:
   void serve() override {
     pulse(pin_);
-    if (period_.count() > 0) turn_.store(machine_clock.now() + period_);
+    if (period_.count() > 0) turn_.store(computer_clock.now() + period_);
   }
   int pin_;
   std::chrono::milliseconds period_;

@@ -17,7 +17,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "board/metal/machine/instructions.h"
+#include "board/metal/computer/instructions.h"
 #include "board/metal/pins.h"
 #include "board/peripherals.h"
 #include "device/ads7828_chip.h"

@@ -1,5 +1,5 @@
 // The kernel's clock and its inverse: an alarm comes neither early nor, after days, late.
-#include "board/metal/machine/clock.h"
+#include "board/metal/computer/clock.h"
 
 #include <gtest/gtest.h>
 
@@ -10,25 +10,25 @@ namespace {
 
 constexpr std::uint64_t kOrigin = 123'456'789'012'345;
 
-MachineClock clock_of(std::uint64_t hz) {
-    MachineClock clock;
+ComputerClock clock_of(std::uint64_t hz) {
+    ComputerClock clock;
     clock.set(hz, kOrigin);
     return clock;
 }
 
-void expect_first_count(const MachineClock& clock, Instant t) {
+void expect_first_count(const ComputerClock& clock, Instant t) {
     const std::uint64_t count = clock.count_at(t);
     ASSERT_GE(clock.instant_at(count), t);
     const bool is_first = count == kOrigin || clock.instant_at(count - 1) < t;
     ASSERT_TRUE(is_first) << to_ns(t);
 }
 
-TEST(MachineClock, CountAtIsTheFirstCountOfAnInstantHoweverLongTheMachineRuns) {
+TEST(ComputerClock, CountAtIsTheFirstCountOfAnInstantHoweverLongTheMachineRuns) {
     std::mt19937_64 random{20261126};
     for (const std::uint64_t hz : {1'000'000u, 24'000'000u, 62'500'000u, 200'000'000u, 1'000'000'000u,
                                    2'399'998'761u, 4'200'000'019u}) {
         SCOPED_TRACE(hz);
-        const MachineClock clock = clock_of(hz);
+        const ComputerClock clock = clock_of(hz);
         for (const Nanoseconds length : {Nanoseconds{0}, Nanoseconds{1}, Nanoseconds{1s}})
             expect_first_count(clock, kEpoch + length);
         for (const Nanoseconds longest :
@@ -42,7 +42,7 @@ TEST(MachineClock, CountAtIsTheFirstCountOfAnInstantHoweverLongTheMachineRuns) {
     }
 }
 
-TEST(MachineClock, KeepsTheRateToAMicrosecondInADay) {
+TEST(ComputerClock, KeepsTheRateToAMicrosecondInADay) {
     for (const std::uint64_t hz : {1'000'000u, 200'000'000u, 2'399'998'761u}) {
         const Nanoseconds day = clock_of(hz).instant_at(kOrigin + 86'400 * hz) - kEpoch;
         EXPECT_LE(day, 24h);

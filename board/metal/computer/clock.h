@@ -13,11 +13,11 @@
 #include <cstdint>
 
 #include "base/time.h"
-#include "board/metal/machine/instructions.h"
+#include "board/metal/computer/instructions.h"
 
 namespace qduino::board::metal {
 
-class MachineClock {
+class ComputerClock {
   public:
     /// `hz` ticks a second; `origin` is instant 0. Before any other call.
     void set(std::uint64_t hz, std::uint64_t origin) {
@@ -55,6 +55,6 @@ class MachineClock {
     std::uint64_t ns_of_tick_ = 0, ticks_of_ns_ = 0;  // both with kFraction binary places
 };
 
-inline constinit MachineClock machine_clock;
+inline constinit ComputerClock computer_clock;
 
 }  // namespace qduino::board::metal

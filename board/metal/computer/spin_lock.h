@@ -4,7 +4,7 @@
 
 #include <atomic>
 
-#include "board/metal/machine/instructions.h"
+#include "board/metal/computer/instructions.h"
 
 namespace qduino::board::metal {
 

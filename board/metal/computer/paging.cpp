@@ -1,9 +1,9 @@
-#include "board/metal/machine/paging.h"
+#include "board/metal/computer/paging.h"
 
 #include <array>
 
 #include "base/contract.h"
-#include "board/metal/machine/processor.h"
+#include "board/metal/computer/processor.h"
 
 namespace qduino::board::metal {
 namespace {
