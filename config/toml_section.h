@@ -81,7 +81,7 @@ class TomlSection {
     /// "10 s" after the start.
     void instant(const char* key, Instant& value);
     template <auto kFirst, decltype(kFirst) kLast>
-    void choice(const char* key, decltype(kFirst)& value, const Words<kFirst, kLast>& words) {
+    void choice(const char* key, decltype(kFirst)& value, const qduino::Words<kFirst, kLast>& words) {
         const toml::node* node = take(key);
         if (!node) return;
         const auto given = node->value_exact<std::string>();

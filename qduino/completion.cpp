@@ -1,4 +1,4 @@
-#include "qduino/arguments.h"
+#include "qduino/completion.h"
 
 #include <algorithm>
 #include <vector>

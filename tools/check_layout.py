@@ -76,9 +76,8 @@ ARROWS = {
     "qduino/monitor": {"base", "posix", "qduino/upload", "serial", "terminal"},
     "qduino/trace": {"base", "board", "board/linux/loop", "posix", "qduino/build", "report", "report/picture", "report/pin", "terminal"},
     "qduino/upload": {"base", "board/linux/kernel", "posix", "qduino/common", "qduino/library", "terminal"},
-    "qduino": {"base", "beside", "board/linux/kernel", "board/linux/loop", "config", "doctor", "posix", "qduino/build", "qduino/common", "qduino/ide",
-               "qduino/library", "qduino/metal", "qduino/monitor", "qduino/trace", "qduino/upload", "report", "report/picture", "report/pin",
-               "terminal", "vcpu"},
+    "qduino": {"base", "board/linux/kernel", "config", "posix", "qduino/build", "qduino/common", "report", "report/picture", "report/pin", "terminal"},
+    "qduino/commands": {"qduino", "base", "beside", "board/linux/kernel", "board/linux/loop", "config", "doctor", "posix", "qduino/build", "qduino/common", "qduino/ide", "qduino/library", "qduino/metal", "qduino/monitor", "qduino/trace", "qduino/upload", "report", "report/picture", "report/pin", "terminal", "vcpu"},
     # The programs. None includes another.
     "apps/launcher": {"base", "board", "board/linux/kernel", "board/linux/pin", "config", "link", "posix", "rights", "terminal", "vcpu", "web"},
     "apps/metal_printer": {"arduino", "arduino/metal", "base", "board", "board/metal", "printer", "printer/facts", "printer/link",

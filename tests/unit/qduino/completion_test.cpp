@@ -1,7 +1,8 @@
-
+// The commands of qduino as its parser has them, and the completion scripts that are made of it.
 #include <gtest/gtest.h>
 
-#include "qduino/arguments.h"
+#include "qduino/command_set.h"
+#include "qduino/completion.h"
 #include "terminal/parser.h"
 
 namespace qduino::apps::completion_test {
@@ -9,8 +10,8 @@ namespace {
 
 class CompletionTest : public ::testing::Test {
   protected:
-    Arguments arguments_;
-    std::unique_ptr<CLI::App> parser_ = make_parser(arguments_);
+    CommandSet commands_;
+    CLI::App* parser_ = &commands_.parser();
     bool has(const std::string& shell, const std::string& text) const {
         return completion_script(*parser_, shell).find(text) != std::string::npos;
     }
@@ -40,30 +41,39 @@ TEST_F(CompletionTest, KnowsWhichOptionsTakeAValue) {
 
 TEST_F(CompletionTest, OtherShellsHaveNone) { EXPECT_EQ(completion_script(*parser_, "tcsh"), ""); }
 
-class ArgumentsTest : public CompletionTest {
+class CommandsTest : public CompletionTest {
   protected:
     void parse(const std::string& line) { parser_->parse(line, false); }
 };
 
-TEST_F(ArgumentsTest, EachCommandTakesWhatIsItsOwn) {
+TEST_F(CommandsTest, TheHelpHasThemInTheirOrder) {
+    std::string names;
+    for (const CLI::App* command : std::as_const(*parser_).get_subcommands({}))
+        names += command->get_name() + ' ';
+    EXPECT_EQ(
+        names,
+        "new build run sim check trace profile vcpu metal lib upload monitor ide doctor restore completion ");
+}
+
+TEST_F(CommandsTest, TheLineChoosesOne) {
     parse("run blinker --for 2.5 --isolate --best-effort --report r.json");
-    EXPECT_EQ(arguments_.command, Command::run);
-    EXPECT_EQ(arguments_.sketch, "blinker");
-    EXPECT_EQ(arguments_.length_s, 2.5);
-    EXPECT_TRUE(arguments_.isolate && arguments_.best_effort);
-    EXPECT_EQ(arguments_.report, "r.json");
-    EXPECT_FALSE(arguments_.cores);
+    EXPECT_EQ(commands_.chosen(), commands_.find("run"));
+    EXPECT_EQ(commands_.find("runs"), nullptr);
 }
 
-TEST_F(ArgumentsTest, WhatIsLeftOutIsTheDefault) {
-    parse("check --cores 1");
-    EXPECT_EQ(arguments_.command, Command::check);
-    EXPECT_EQ(arguments_.sketch, ".");
-    EXPECT_EQ(arguments_.cores, 1);
-    EXPECT_FALSE(arguments_.seed);
+TEST_F(CommandsTest, WhatMayLookLikeOptionsIsNotParsed) {
+    const auto left = [this](const std::string& name, const std::vector<std::string>& words) {
+        return commands_.find(name)->take_words(*parser_->get_subcommand(name), words);
+    };
+    EXPECT_EQ(left("vcpu", {"--core", "0", "-q", "make", "-j4"}), 3U);
+    EXPECT_EQ(left("vcpu", {"--", "--core"}), 0U);
+    EXPECT_EQ(left("vcpu", {"--core"}), 1U);
+    EXPECT_EQ(left("ide", {"compile", "-x", "c++"}), 1U);
+    EXPECT_EQ(left("ide", {"install", "book", "--to", "a@b"}), 4U);
+    EXPECT_EQ(left("sim", {"blinker", "--for", "1"}), 3U);
 }
 
-TEST_F(ArgumentsTest, WrongOnesAreRefused) {
+TEST_F(CommandsTest, WrongOnesAreRefused) {
     for (const char* line : {"", "sim --cores 0", "sim --for -1", "sim --for 0", "run --speed 2",
                              "build --only avr", "run --board /nonexistent.toml", "completion tcsh", "new"}) {
         EXPECT_THROW(parse(line), CLI::ParseError) << line;

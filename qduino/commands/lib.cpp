@@ -1,19 +1,22 @@
-#include "qduino/library_command.h"
-
+// qduino lib: installs, lists, removes and looks for Arduino libraries.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <string>
 #include <system_error>
+#include <vector>
 
 #include "posix/small_file.h"
-#include "qduino/build/sketch_build.h"
+#include "qduino/built_sketch.h"
+#include "qduino/command.h"
 #include "qduino/library/library_index.h"
 #include "qduino/library/library_shelf.h"
 #include "qduino/library/library_store.h"
 #include "terminal/human.h"
 #include "terminal/message.h"
+#include "terminal/parser.h"
 
 namespace qduino::apps {
 namespace {
@@ -149,33 +152,54 @@ void list(const fs::path& folder) {
     std::fflush(stdout);
 }
 
-}  // namespace
+class Lib final : public Command {
+    void declare(CLI::App& app) override {
+        add_option(app, "action", action_, "install, list, remove or search", "ACTION")
+            ->required()
+            ->check(CLI::IsMember({"install", "list", "remove", "search"}));
+        add_option(app, "what", words_, "Libraries, or words to look for", "[WHAT...]");
+    }
 
-Result<int> library_command(const Arguments& arguments, const Sdk& sdk) {
-    const BuildEnvironment environment = environment_of_this_process();
-    QDUINO_TRY_ASSIGN(const fs::path folder, user_libraries(environment.qduino_libraries, environment.home));
-    const LibraryStore store(fs::absolute(folder), {.python = sdk.python, .unpack_zip = sdk.unpack_zip});
-    if (arguments.action == "list") {
-        list(fs::absolute(folder));
-        return 0;
-    }
-    if (arguments.words.empty())
-        return make_error(ErrorCode::invalid_argument, "'qduino lib ", arguments.action,
-                          "' needs to know which: a name",
-                          arguments.action == "install" ? ", a folder, a zip or a git URL" : "");
-    if (arguments.action == "search") {
-        QDUINO_TRY(search(arguments.words));
-        return 0;
-    }
-    for (const std::string& word : arguments.words) {
-        if (arguments.action == "install") {
-            QDUINO_TRY(install(store, word));
-            continue;
+    Result<int> run() override {
+        QDUINO_TRY_ASSIGN(const Sdk sdk, sdk_of_this_program());
+        const BuildEnvironment environment = environment_of_this_process();
+        QDUINO_TRY_ASSIGN(const fs::path folder,
+                          user_libraries(environment.qduino_libraries, environment.home));
+        const LibraryStore store(fs::absolute(folder), {.python = sdk.python, .unpack_zip = sdk.unpack_zip});
+        if (action_ == "list") {
+            list(fs::absolute(folder));
+            return 0;
         }
-        QDUINO_TRY_ASSIGN(const Library removed, store.remove(word));
-        say("library " + removed.name + " is removed from " + folder.string() + "\n");
+        if (words_.empty())
+            return make_error(ErrorCode::invalid_argument, "'qduino lib ", action_,
+                              "' needs to know which: a name",
+                              action_ == "install" ? ", a folder, a zip or a git URL" : "");
+        if (action_ == "search") {
+            QDUINO_TRY(search(words_));
+            return 0;
+        }
+        for (const std::string& word : words_) {
+            if (action_ == "install") {
+                QDUINO_TRY(install(store, word));
+                continue;
+            }
+            QDUINO_TRY_ASSIGN(const Library removed, store.remove(word));
+            say("library " + removed.name + " is removed from " + folder.string() + "\n");
+        }
+        return 0;
     }
-    return 0;
-}
 
+    std::string action_;
+    std::vector<std::string> words_;
+};
+
+const Listed<Lib> lib_listed{{Place::lib, "lib", "Install Arduino libraries",
+                              "Into the first folder of QDUINO_LIBRARIES, else ~/Arduino/libraries, where\n"
+                              "every sketch finds them by the headers that it includes. 'install' takes a\n"
+                              "folder, a zip, a git URL (URL#TAG), or NAME or NAME@VERSION of Arduino's\n"
+                              "index, with what it depends on; SHA-256 is verified. 'search' looks for\n"
+                              "words in the index.\n"
+                              "Example: qduino lib install Bounce2"}};
+
+}  // namespace
 }  // namespace qduino::apps
