@@ -183,7 +183,7 @@ struct GuaranteeReport {
     FixedVector<CoreGuarantee, 64> cores;
     FixedVector<TreeGuarantee, 16> trees;
     FixedVector<DelayGuarantee, kVcpuLimit> delays;
-    FixedVector<ChainGuarantee, 16> chains;
+    FixedVector<ChainGuarantee, sched::kChainLimit> chains;
 };
 
 }  // namespace qduino::board

@@ -7,6 +7,7 @@
 
 #include "base/text.h"
 #include "base/words.h"
+#include "report/interferer_json.h"
 #include "sched/explain.h"
 #include "terminal/human.h"
 #include "terminal/message.h"
@@ -221,12 +222,8 @@ Json core_json(const sched::Admission& core) {
 
 Json overheads_json(const sched::CoreLoad& load) {
     Json interferers = Json::array();
-    for (const sched::PlatformInterferer& i : load.overheads.interferers) {
-        interferers.push_back({{"name", i.name.view()},
-                               {"cost_ns", i.cost.count()},
-                               {"interval_ns", i.interval.count()},
-                               {"jitter_ns", i.jitter.count()}});
-    }
+    for (const sched::PlatformInterferer& each : load.overheads.interferers)
+        interferers.push_back(interferer_json(each));
     return {{"core", load.core},
             {"release_ns", load.overheads.release_cost.count()},
             {"enforcement_ns", load.overheads.enforcement_cost.count()},

@@ -6,6 +6,7 @@
 #include "base/contract.h"
 #include "base/sha256.h"
 #include "posix/small_file.h"
+#include "report/interferer_json.h"
 
 namespace qduino::apps {
 namespace {
@@ -40,12 +41,8 @@ Json core_claim(const sched::CoreLoad& load, const sched::Admission& admission) 
     Json loops = Json::array(), ios = Json::array(), interferers = Json::array(), sections = Json::array();
     for (const sched::Vcpu& loop : load.mains) loops.push_back(loop_claim(loop, load, admission));
     for (const sched::Vcpu& io : load.ios) ios.push_back(io_claim(io));
-    for (const sched::PlatformInterferer& each : load.overheads.interferers) {
-        interferers.push_back({{"name", each.name.view()},
-                               {"cost_ns", each.cost.count()},
-                               {"interval_ns", each.interval.count()},
-                               {"jitter_ns", each.jitter.count()}});
-    }
+    for (const sched::PlatformInterferer& each : load.overheads.interferers)
+        interferers.push_back(interferer_json(each));
     for (const sched::CriticalSection& section : load.sections) {
         const bool is_here = std::ranges::count(load.mains, section.loop, &sched::Vcpu::id) > 0 ||
                              std::ranges::count(load.ios, section.loop, &sched::Vcpu::id) > 0;

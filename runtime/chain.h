@@ -15,7 +15,7 @@
 
 namespace qduino::runtime {
 
-inline constexpr std::size_t kChainLimit = 16;
+using sched::kChainLimit;
 
 struct Chain {
     /// What it begins with: an input that the first loop reads; an edge, whose handler is the first

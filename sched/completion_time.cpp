@@ -397,7 +397,13 @@ void CompletionTime::push_services(Shares& shares, const Level& level, Nanosecon
     }
     for (const PlatformInterferer& interferer : overheads_.interferers) {
         const Nanoseconds taken = interferer.interference(window);
-        if (taken > Nanoseconds{0}) shares.push_back({Share::Kind::platform, 0, interferer.name, taken});
+        if (taken <= Nanoseconds{0}) continue;
+        Share share{.kind = Share::Kind::platform, .name = interferer.name, .amount = taken};
+        if (interferer.jitter >= interferer.interval) {
+            share.at_once = interferer.interference(Nanoseconds{1});
+            share.long_run_ppm = interferer.long_run_ppm();
+        }
+        shares.push_back(share);
     }
 }
 

@@ -64,6 +64,16 @@ void write_shares(Explanation& out, const Refusal& refusal) {
     write_amount(out, "together"sv, sum);
 }
 
+/// A bound on what comes in bursts is no count of what came, and a person would ask where it is
+/// from.
+void write_bursts(Explanation& out, const Refusal& refusal) {
+    for (const Share& share : refusal.shares) {
+        if (share.at_once <= Nanoseconds{0}) continue;
+        write(out, "  ("sv, share.name, ": counted as up to "sv, share.at_once, " at once, and "sv,
+              ratio(share.long_run_ppm), " of the core)\n"sv);
+    }
+}
+
 /// Waits for other cores have a cure of their own.
 void write_sharers(Explanation& out, const Refusal& refusal) {
     const bool waits = std::ranges::any_of(
@@ -149,6 +159,7 @@ void write_refusal(Explanation& out, const Refusal& refusal, int core) {
     write_reason(out, refusal);
     write(out, '\n');
     write_shares(out, refusal);
+    write_bursts(out, refusal);
     write_sharers(out, refusal);
     write_remedy(out, refusal);
 }

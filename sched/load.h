@@ -37,6 +37,10 @@ struct PlatformInterferer {
 
     /// Most it can take in a window of length `window`.
     [[nodiscard]] Nanoseconds interference(Nanoseconds window) const;
+    /// The share of a core, in millionths, to the nearest. Contract: cost > 0.
+    [[nodiscard]] std::int64_t long_run_ppm() const {
+        return (cost.count() * 1'000'000 + interval.count() / 2) / interval.count();
+    }
     [[nodiscard]] bool operator==(const PlatformInterferer& other) const {
         return name.view() == other.name.view() && cost == other.cost && interval == other.interval &&
                jitter == other.jitter && source == other.source && peak_interval == other.peak_interval &&

@@ -18,6 +18,7 @@ using VcpuId = std::uint8_t;
 
 inline constexpr std::size_t kMainVcpuLimit = 32;  ///< main VCPUs (loops) per core
 inline constexpr std::size_t kIoVcpuLimit = 31;    ///< I/O VCPUs (bottom halves) per core
+inline constexpr std::size_t kChainLimit = 16;     ///< chains of a sketch (chain.h)
 inline constexpr int kAnyCore = -1;
 
 /// Longer periods are refused, so that every sum of the analysis stays far below the limit of 64

@@ -60,6 +60,10 @@ struct Share {
     VcpuId id = 0;         ///< own, sleep, blocking, remote, main, io
     FixedString<23> name;  ///< platform
     Nanoseconds amount{};
+    /// platform, where several events may come at once: what they take, and in millionths of the
+    /// core what all take in the long run; 0: no more than one comes.
+    Nanoseconds at_once{};
+    std::int64_t long_run_ppm = 0;
 };
 using Shares = FixedVector<Share, kMainVcpuLimit + kIoVcpuLimit + 16>;
 

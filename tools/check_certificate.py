@@ -14,6 +14,7 @@ bound, however it was found. All in whole nanoseconds and exact fractions.
   demand(i, w) = C_i + S_i + B_i + V_i + sum over loops j that can delay i of ceil((w + J_j)/T_j) C_j
                  + sum over bottom halves of D + ceil(U (w - D)), D: U T_q of the longest client q that can delay loop i
                  + sum over interferers of ceil((w + jitter)/interval) cost + (1 + sleeps) late
+                   (where one has a peak's interval and jitter, the lower of both)
 
 C with what an activation and further waits cost, and the waits for handlers that hold a lock; of others with what they have beside the
 budget to pay for interrupts; late: how late a loop wakes; edges of a bottom half's pins are an interferer; V: waits for locks of other
@@ -59,6 +60,14 @@ def sleeps(loop):
     return loop["sleeps"] if loop["suspension_ns"] else 0
 
 
+def taken_by(each, window):
+    """By one interferer, in a window of that length: of its two bounds on the number of events, the lower one."""
+    events = ceil(window + each["jitter_ns"], each["interval_ns"])
+    if "peak_interval_ns" in each:
+        events = min(events, ceil(window + each["peak_jitter_ns"], each["peak_interval_ns"]))
+    return events * each["cost_ns"]
+
+
 class Core:
     """One core. The `computer` says which locks cross cores."""
 
@@ -94,7 +103,7 @@ class Core:
     def allowance(self, loop):
         if not self.claim["victim_pays"]:
             return 0
-        taken = sum(ceil(loop["period_ns"] + each["jitter_ns"], each["interval_ns"]) * each["cost_ns"] for each in self.interrupts)
+        taken = sum(taken_by(each, loop["period_ns"]) for each in self.interrupts)
         return min(taken, loop["period_ns"] - loop["budget_ns"])
 
     def connected(self, locks):
@@ -209,7 +218,7 @@ class Core:
 
     def executed(self, waiter, lowest, window):
         """At the rank of `waiter` or above, in any window, while `lowest` is the lowest that may hold one of its locks here."""
-        total = sum(ceil(window + each["jitter_ns"], each["interval_ns"]) * each["cost_ns"] + each["cost_ns"] for each in self.interferers)
+        total = sum(taken_by(each, window) + each["cost_ns"] for each in self.interferers)
         above = (lambda t: True) if self.computer.few_priorities else (lambda t: t <= waiter["period_ns"])
         for loop in self.loops:
             if loop is waiter:
@@ -249,7 +258,7 @@ class Core:
         return within(lambda window: self.asked_by_service(io, client, window), client)
 
     def taken_by_platform(self, window):
-        return sum(ceil(window + each["jitter_ns"], each["interval_ns"]) * each["cost_ns"] for each in self.interferers)
+        return sum(taken_by(each, window) for each in self.interferers)
 
     def within_bound(self):
         """(1 + u/n)^n <= 2, where the bound may be used at all."""
@@ -469,7 +478,8 @@ LONGEST = 16 * DAY + 1  # of any R
 NUMBERS = {  # key: the least, the greatest
     "core": {"core": (0, 63), "priorities": (1, 63), "activation_ns": (0, DAY), "wait_ns": (0, DAY), "wake_ns": (0, DAY),
              "kept_ns": (0, DAY), "kept_period_ns": (0, DAY)},
-    "interferer": {"cost_ns": (0, DAY), "interval_ns": (0, 10**15), "jitter_ns": (0, 10**18)},
+    "interferer": {"cost_ns": (0, DAY), "interval_ns": (0, 10**15), "jitter_ns": (0, 10**18),
+                   "peak_interval_ns": (1, 10**15), "peak_jitter_ns": (0, 10**18)},
     "section": {"vcpu": (1, 63), "lock": (0, 31), "length_ns": (0, DAY)},
     "io": {"id": (FIRST_IO, 63), "budget_ns": (1, DAY), "period_ns": (1, DAY), "client_period_ns": (0, DAY), "edge_ns": (0, DAY),
            "edge_interval_ns": (0, 10**15)},
@@ -480,6 +490,7 @@ NUMBERS = {  # key: the least, the greatest
     "stage": {"id": (1, 63), "pass_ns": (0, DAY)},
     "bottom half": {"response_ns": (1, LONGEST), "replenishment_ns": (1, DAY)},
 }
+BOTH_OR_NONE = {"interferer": ["peak_interval_ns", "peak_jitter_ns"]}
 FLAGS = {"core": ["owned", "victim_pays"], "section": ["assumed"], "loop": ["deferrable"], "stage": ["queued"]}
 
 
@@ -487,7 +498,10 @@ def faults_of_form(what, claim):
     if not isinstance(claim, dict):
         yield "%s is no table of numbers" % what
         return
+    absent = set() if set(BOTH_OR_NONE.get(what, ())) & set(claim) else set(BOTH_OR_NONE.get(what, ()))
     for key, (least, greatest) in NUMBERS[what].items():
+        if key in absent:
+            continue
         number = claim.get(key)
         if not isinstance(number, int) or isinstance(number, bool) or not least <= number <= greatest:
             yield "%s: %s is %s, and must be a whole number of %d to %d" % (what, key, json.dumps(number), least, greatest)
@@ -665,6 +679,8 @@ def self_test():
     # more.
     paid = core([loop(1, 50, 100, 60), loop(2, 40, 200, 180)], victim_pays=True,
                 interferers=[{"cost_ns": 10, "interval_ns": 100, "jitter_ns": 0}])
+    # Five may come at once, and in short windows no more than one in 20.
+    bursts = core([loop(1, 30, 100, 70), loop(2, 130, 300, 290)], interferers=[{"cost_ns": 10, "interval_ns": 100, "jitter_ns": 400, "peak_interval_ns": 20, "peak_jitter_ns": 10}])
     edges = core([loop(1, 60, 100, 75), loop(2, 10, 300, 170)], ios=[handler(33, 2, 100) | {"edge_ns": 1, "edge_interval_ns": 5}])
     # The handler may hold the lock without budget, whatever its rank.
     held = core([loop(1, 4, 20, 14), loop(2, 5, 60, 34)], ios=[handler(33, 1, 20)], sections=[section(1, 0, 1), section(33, 0, 8)])
@@ -697,7 +713,7 @@ def self_test():
             certificate["chains"][number][key] = value
         return certificate
 
-    good = [golden, locks, asleep, io, same, early, owned, kept, apart, late, paid, edges, held, chained]
+    good = [golden, locks, asleep, io, same, early, owned, kept, apart, late, paid, bursts, edges, held, chained]
     bad = [broken(golden, less(0)), broken(golden, less(1)), broken(golden, lambda c: c["loops"][2].update(budget_ns=5)),
            broken(golden, lambda c: c["interferers"].append({"cost_ns": 15, "interval_ns": 100, "jitter_ns": 0})),
            broken(golden, lambda c: c.update(activation_ns=2)), broken(golden, lambda c: c["loops"][0].update(id=2)),
@@ -707,6 +723,9 @@ def self_test():
            broken(kept, lambda c: c["loops"][1].update(budget_ns=41)), broken(owned, lambda c: c["loops"].append(loop(2, 1, 10, 1))),
            {"certificate": 1}, [], {"certificate": 3}, {"certificate": 3, "cores": [7]},
            broken(late, less(0)), broken(late, lambda c: c.update(wake_ns=3)), broken(paid, less(1)), broken(paid, less(0)),
+           broken(bursts, less(0)), broken(bursts, lambda c: c["interferers"][0].update(peak_jitter_ns=11)),
+           broken(bursts, lambda c: c["interferers"][0].pop("peak_jitter_ns")),
+           broken(bursts, lambda c: c["interferers"][0].pop("peak_jitter_ns") or c["interferers"][0].pop("peak_interval_ns")),
            broken(edges, less(0)), broken(edges, lambda c: c["ios"][0].update(edge_ns=2)), broken(edges, lambda c: c["ios"][0].update(edge_interval_ns=0)),
            broken(held, less(0)), broken(held, less(1)), broken(held, lambda c: c["sections"][1].update(length_ns=9)),
            broken(held, lambda c: c["ios"].append(handler(34, 1, 50)) or c["sections"].append(section(34, 0, 1))),

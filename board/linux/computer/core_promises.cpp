@@ -79,6 +79,14 @@ void read_taker(Promise& promise, Fields fields) {
     if (fields.good()) promise.takers.push_back(taker);
 }
 
+/// Adds to the last taker, which counts for more without it.
+void read_peak(Promise& promise, Fields fields) {
+    const Nanoseconds interval = fields.duration(1), jitter = fields.duration(0);
+    if (!fields.good() || promise.takers.empty()) return;
+    promise.takers.back().interferer.peak_interval = interval;
+    promise.takers.back().interferer.peak_jitter = jitter;
+}
+
 void read_tree(Promise& promise, Fields fields) {
     TreeVcpu tree;
     tree.core = fields.core();
@@ -104,6 +112,8 @@ std::string promise_text(const Promise& promise) {
     for (const auto& [core, taker] : promise.takers) {
         write(lines, "taker ", core, ' ', taker.cost.count(), ' ', taker.interval.count(), ' ',
               taker.jitter.count(), ' ', taker.name.view(), '\n');
+        if (taker.peak_interval > Nanoseconds{0})
+            write(lines, "peak ", taker.peak_interval.count(), ' ', taker.peak_jitter.count(), '\n');
     }
     for (const TreeVcpu& tree : promise.trees) {
         write(lines, "tree ", tree.core, ' ', tree.budget.count(), ' ', tree.period.count(), ' ',
@@ -122,6 +132,7 @@ Promise read_promise(std::string_view text) {
         if (key == "main") read_vcpu(promise, sched::VcpuKind::main, Fields{value});
         if (key == "io") read_vcpu(promise, sched::VcpuKind::io, Fields{value});
         if (key == "taker") read_taker(promise, Fields{value});
+        if (key == "peak") read_peak(promise, Fields{value});
         if (key == "tree") read_tree(promise, Fields{value});
         if (key == "group") promise.groups.emplace_back(value);
     }

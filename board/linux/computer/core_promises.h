@@ -7,6 +7,7 @@
 //     io 33 0 1000000 100000000           activation costs is in the budget. What else there is
 //                                         of a sched::Vcpu follows, in its order
 //     taker 0 5000 1000000 0 tick         core, cost, interval, jitter, name: the platform itself
+//     peak 400000 90000                   of the taker above, for short windows (sched/load.h)
 //     tree 0 10000000 100000000 printd    a process tree: core, budget, period, name
 //     group /sys/fs/cgroup/cpu/qduino-vcpu.4711.0    a control group that was made for the tree
 //

@@ -32,8 +32,14 @@ Promise sample_promise() {
     promise.vcpus[0].sleeps = 3;
     promise.vcpus[0].deferrable = true;
     promise.vcpus[1].client_period = 100ms;
-    promise.takers = {
-        {0, {.name = FixedString<23>{"the tick"}, .cost = 5us, .interval = 4ms, .jitter = 0ns}}};
+    promise.takers = {{0, {.name = FixedString<23>{"the tick"}, .cost = 5us, .interval = 4ms, .jitter = 0ns}},
+                      {0,
+                       {.name = FixedString<23>{"interrupts"},
+                        .cost = 10us,
+                        .interval = 300us,
+                        .jitter = 20ms,
+                        .peak_interval = 120us,
+                        .peak_jitter = 9ms}}};
     promise.trees = {{.name = "print service", .core = 0, .budget = 10ms, .period = 100ms}};
     promise.groups = {"/sys/fs/cgroup/cpu/qduino-vcpu.1.0"};
     return promise;
@@ -66,7 +72,9 @@ TEST(CorePromises, AnotherProgramReadsWhatOneHasWritten) {
         EXPECT_EQ(read.vcpus[0].sleeps, 3);
         EXPECT_TRUE(read.vcpus[0].deferrable);
         EXPECT_EQ(read.vcpus[1].client_period, 100ms);
-        EXPECT_EQ(read.takers[0].interferer.name.view(), "the tick");
+        ASSERT_EQ(read.takers.size(), 2u);
+        EXPECT_EQ(read.takers[0].interferer, sample_promise().takers[0].interferer);
+        EXPECT_EQ(read.takers[1].interferer, sample_promise().takers[1].interferer);
         EXPECT_EQ(read.trees[0].name, "print service");
         EXPECT_NE(promises.free_name(), std::to_string(::getpid()) + ".0") << "that one is taken";
     }

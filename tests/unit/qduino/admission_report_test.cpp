@@ -101,6 +101,17 @@ TEST(AdmissionReport, OverheadsThatWereCountedAreNamed) {
     EXPECT_EQ(report["board"]["file"], "b.toml");
 }
 
+TEST(AdmissionReport, ABurstHasItsSecondPair) {
+    sched::PlatformOverheads overheads;
+    overheads.interferers.push_back({"interrupts", 10us, 1ms, 4ms, 0, 100us, 1ms});
+    const SketchTable table = sketch({loop(1, 3ms, 10ms, 0)});
+    const CheckedBoard board{.sketch = "a", .board_file = "b.toml", .cores = 1};
+    const json report = json::parse(admission_json(plan_for(1, table, overheads), table, board));
+    EXPECT_EQ(report["overheads"][0]["interferers"][0],
+              json::parse(R"({"name":"interrupts","cost_ns":10000,"interval_ns":1000000,
+                  "jitter_ns":4000000,"peak_interval_ns":100000,"peak_jitter_ns":1000000})"));
+}
+
 TEST(AdmissionReport, ALoopThatIsNeverDoneSaysSo) {
     const SketchTable table = sketch({loop(1, 9ms, 10ms, 0), loop(2, 5ms, 20ms, 0)});
     const Plan plan = plan_for(1, table);

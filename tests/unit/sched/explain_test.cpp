@@ -63,6 +63,23 @@ TEST(Explain, ABottomHalfThatGetsTooLittle) {
               "    period 150 ms (50 ms more)\n");
 }
 
+TEST(Explain, ARefusalSaysHowBurstsWereCounted) {
+    CoreLoad load = load_of({loop_of(1, 1ms, 2ms)});
+    load.overheads.interferers.push_back({.name = FixedString<23>{"interrupts"},
+                                          .cost = 10us,
+                                          .interval = 200us,
+                                          .jitter = 19ms,
+                                          .peak_interval = 80us,
+                                          .peak_jitter = 12ms});
+    const std::string text = text_of(explain(admit(load).refusal, 0));
+    EXPECT_NE(text.find("    interrupts                           1.05 ms\n"), std::string::npos) << text;
+    // 96 of 10 us, by the first pair: 12 ms/80 us are 151, by the second.
+    EXPECT_NE(text.find("  (interrupts: counted as up to 960 us at once, and 0.0500 of the core)\n"),
+              std::string::npos)
+        << text;
+    EXPECT_LE(longest_line(text), 80u) << text;
+}
+
 TEST(Explain, AnOwnedCore) {
     const CoreLoad load = load_of({loop_of(2, 100us, 100us, 1), loop_of(5, 1us, 100ms, 1)});
     EXPECT_EQ(text_of(explain(admit(load))),
