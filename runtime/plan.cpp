@@ -126,6 +126,19 @@ void Plan::remove_io(board::VcpuId id) {
     std::erase_if(requests_, [id](const sched::Vcpu& vcpu) { return vcpu.id == id; });
 }
 
+void Plan::keep_off(board::VcpuId id, std::uint64_t cores) {
+    std::ranges::find(requests_, id, &sched::Vcpu::id)->kept_off = cores;
+}
+
+bool Plan::give_core(int core) {
+    const auto named = std::ranges::find(requests_, core, &sched::Vcpu::core);
+    if (named == requests_.end() || named->is_io() ||
+        std::ranges::count(requests_, core, &sched::Vcpu::core) > 1)
+        return false;
+    named->budget = named->period;
+    return true;
+}
+
 void Plan::add_section(const sched::CriticalSection& section) {
     const bool fits = section.lock < sched::kLockLimit && sections_.try_push_back(section);
     too_many_sections_ = too_many_sections_ || !fits;
@@ -498,9 +511,7 @@ board::VcpuId Plan::owner_of(int core) const {
 }
 
 bool Plan::may_share(int core) const {
-    const auto comes_here = [core](const sched::Vcpu& vcpu) {
-        return vcpu.core == core || vcpu.core == sched::kAnyCore;
-    };
+    const auto comes_here = [core](const sched::Vcpu& vcpu) { return vcpu.may_be_on(core); };
     return owner_of(core) == board::kNoVcpu && std::ranges::any_of(requests_, comes_here);
 }
 

@@ -63,6 +63,12 @@ class Plan {
     void redeclare_io(board::VcpuId id, sched::VcpuParameters parameters, int core);
     /// Takes an I/O VCPU back out: nothing will run on it.
     void remove_io(board::VcpuId id);
+    /// Where it names no core, I/O VCPU `id` is put on none of these, a bit for each. Before
+    /// admit().
+    void keep_off(board::VcpuId id, std::uint64_t cores);
+    /// Gives `core` to the one loop that names it, whatever its budget is. False: none does, or two
+    /// VCPUs. Before admit().
+    [[nodiscard]] bool give_core(int core);
 
     /// Judges all of it. `overheads` has an entry for each core. Error: the first refusal, naming
     /// the loop and where it is declared; explanation() has it at length.

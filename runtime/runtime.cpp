@@ -64,11 +64,26 @@ Result<void> Runtime::begin(const SketchTable& table, void (*setup)()) {
         if (chain.is_declared()) add_chain(chain);
     });
     if (options_.profile || options_.measure_locks) LockDeclaration::measure_all();
+    keep_handlers_off();
     overheads_ = overheads_of(board_, plan_);
     QDUINO_TRY(plan_.admit(overheads_));
     watch_chains();
     begun_ = true;
     return start_loops();
+}
+
+/// Bottom halves go where their interrupts go.
+void Runtime::keep_handlers_off() {
+    constexpr std::size_t kAll = board::kDeviceClassCount;
+    std::uint64_t from_all = ~std::uint64_t{0};
+    for (const std::uint64_t cores : away_) from_all &= cores;
+    for (std::size_t device = 0; device <= kAll; ++device) {
+        if (const board::VcpuId io = io_of_device_[device]; io != board::kNoVcpu)
+            plan_.keep_off(io, device == kAll ? from_all : away_[device]);
+    }
+    for (const Handler& pin : handlers_) {
+        if (pin.function) plan_.keep_off(pin.io, away_[static_cast<std::size_t>(board::DeviceClass::gpio)]);
+    }
 }
 
 /// What the sketch says of its locks, checked before it enters a proof, and what is assumed.
@@ -395,9 +410,13 @@ Result<void> Runtime::attach_again(board::PinId pin, board::Edge edge, void (*ha
 }
 
 Result<void> Runtime::core_timer(int core, bool enabled) {
-    if (!enabled && plan_.owner_of(core) == board::kNoVcpu) {
-        return make_error(ErrorCode::not_permitted,
-                          "noTimer: no loop owns this core; declare one there with budget == period");
+    // Without its timer a core keeps nobody's budget.
+    const bool owned =
+        plan_.owner_of(core) != board::kNoVcpu || (!enabled && !begun_ && plan_.give_core(core));
+    if (!enabled && !owned) {
+        return make_error(
+            ErrorCode::not_permitted,
+            "noTimer: no loop has this core to itself; name it in one loop's declaration alone");
     }
     return one_at_a_time([&]() -> Result<void> {
         QDUINO_TRY(board_.core_timer(core, enabled));

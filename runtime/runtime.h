@@ -154,6 +154,7 @@ class Runtime {
     template <typename Undo>
     Result<void> keep_if_admitted(const char* change, Undo undo);
     Result<void> change_io(board::DeviceClass device, sched::VcpuParameters parameters, int core);
+    void keep_handlers_off();
     static void loop_entry(void* context);
     void repeat(Loop& loop);
     [[nodiscard]] Instant origin(Instant now);

@@ -114,6 +114,7 @@ bool Partition::put(Index i, Fit fit) {
 }
 
 bool Partition::put_on(CoreLoad& load, Index i) {
+    if (!requests_[i].may_be_on(load.core)) return false;
     double& filled = filled_[number_of(load)];
     if (filled + utilisation(i) > 1 + 1e-9 || !load.try_add(requests_[i])) return false;
     ++questions_;

@@ -26,10 +26,10 @@
 //   service has the budget of the new one. So the services before the change and those after it
 //   together take no more than a server that always had the greater U.
 //
-// E. Missimer, K. Zhao, R. West, "Mixed-criticality scheduling with I/O", ECRTS 2016; M. Danish, Y.
-// Li, R. West, "Virtual-CPU scheduling in the Quest operating system", RTAS 2011. Charging from the
-// raise is ours. It delays a replenishment and never advances one; the property tests show that the
-// bound fails without it.
+// E. Missimer, K. Missimer, R. West, "Mixed-criticality scheduling with I/O", ECRTS 2016;
+// M. Danish, Y. Li, R. West, "Virtual-CPU scheduling in the Quest operating system", RTAS 2011.
+// Charging from the raise is ours. It delays a replenishment and never advances one; the property
+// tests show that the bound fails without it.
 //
 // Window bound, at the priority of client period T and above, while nothing of higher priority
 // holds it up: in every window of length t >= U·T it consumes at most U·(t − U·T) + U·T, which is

@@ -113,7 +113,7 @@ void refuse_everywhere(const Vcpu& request, MulticoreAdmission& result) {
     std::optional<Nanoseconds> least;
     for (const CoreLoad& load : result.loads) {
         CoreLoad trial = load;
-        if (!trial.try_add(request)) continue;
+        if (!request.may_be_on(load.core) || !trial.try_add(request)) continue;
         const Remedy remedy = smallest_change({&trial, 1}, 0, request.id);
         const bool nearer = remedy.budget_less_by && (!least || *remedy.budget_less_by < *least);
         if (result.refused_core != kAnyCore && !nearer) continue;

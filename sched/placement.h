@@ -2,8 +2,8 @@
 //
 // Cores are partitioned. VCPUs that name a core are put there first. For the others a distribution
 // is looked for (partition.h): first in order of decreasing utilisation, each on the first core
-// that still admits it; ties go to the lower id and the lower core. The result depends on the
-// request alone.
+// that still admits it; ties go to the lower id and the lower core. One may be kept off some cores.
+// The result depends on the request alone.
 #pragma once
 
 #include <span>

@@ -69,7 +69,12 @@ struct Vcpu {
     /// A loop: what its server has beside the budget, for the interrupts that the board charges to
     /// whom they interrupt (PlatformOverheads::victim_pays).
     Nanoseconds allowance{};
+    /// Without a core of its choice: the cores that it is kept off, a bit for each.
+    std::uint64_t kept_off = 0;
 
+    [[nodiscard]] constexpr bool may_be_on(int number) const {
+        return core == kAnyCore ? (kept_off >> number & 1u) == 0 : core == number;
+    }
     [[nodiscard]] constexpr VcpuParameters parameters() const { return {budget, period}; }
     [[nodiscard]] constexpr bool is_io() const { return kind == VcpuKind::io; }
     /// How often a release gives the core up before it ends, because it sleeps.

@@ -34,7 +34,9 @@ bool interrupts_vcpu(DeviceClass device, Nanoseconds budget, Nanoseconds period,
 /// Routes the interrupts of a device class away from `core`, and back.
 bool noInterrupts(qduino::arduino::DeviceClass device, int core);
 bool interrupts(qduino::arduino::DeviceClass device, int core);
-/// No scheduling tick and no scheduler on `core` while one loop owns it, and back.
+/// No scheduling tick and no scheduler on `core`, and back. The loop that has the core to itself
+/// owns it: nobody keeps its budget. In setup() that may be any loop that names the core, if
+/// nothing else does; later one whose budget is its period.
 bool noTimer(int core);
 bool reTimer(int core);
 

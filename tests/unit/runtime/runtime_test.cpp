@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <functional>
 
 #include "board/sim/sim_board.h"
@@ -60,6 +61,10 @@ class RuntimeTest : public ::testing::Test {
     void wait() { runtime_->wait_for_next_period(); }
     void busy(Nanoseconds length) { board_->compute(length); }
     const LoopStatistics& statistics(board::VcpuId id) { return runtime_->loop(id)->statistics; }
+    board::LoopGuarantee guarantee_of(board::VcpuId id) const {
+        const board::GuaranteeReport report = board_->guarantee();
+        return *std::ranges::find(report.loops, id, &board::LoopGuarantee::id);
+    }
 
     template <int Id>
     static void call() {
@@ -526,6 +531,7 @@ TEST_F(RuntimeTest, TheTickMayStopOnlyWhereALoopOwnsTheCore) {
         EXPECT_TRUE(runtime_->core_timer(0, true));
     });
     loop(1, 10ms, 100ms, 0, [&] { wait(); });
+    loop(3, 10ms, 200ms, 0, [&] { wait(); });
     loop(2, 100us, 100us, 1, [&] { wait(); });
     SimConfig config;
     config.tick_period = 4ms;
@@ -533,6 +539,45 @@ TEST_F(RuntimeTest, TheTickMayStopOnlyWhereALoopOwnsTheCore) {
     ASSERT_TRUE(begin(config));
     EXPECT_TRUE(board_->guarantee().cores[1].tick_stopped);
     EXPECT_FALSE(board_->guarantee().cores[0].tick_stopped);
+}
+
+/// The paper's stepper loop asks for a tenth of the core that it has to itself.
+TEST_F(RuntimeTest, WithoutItsTimerACoreIsTheOneLoopsThatNamesIt) {
+    std::vector<Nanoseconds> took;
+    setup([&] {
+        EXPECT_EQ(runtime_->core_timer(0, false).error().code, ErrorCode::not_permitted)
+            << "loop 1 and a bottom half name it";
+        EXPECT_TRUE(runtime_->interrupts_vcpu(DeviceClass::nic, 1ms, 100ms, 0));
+        EXPECT_TRUE(runtime_->core_timer(1, false));
+    });
+    loop(1, 10ms, 100ms, 0, [&] { wait(); });
+    loop(3, 10ms, 100ms, 0, [&] { wait(); });
+    loop(2, 10us, 100us, 1, [&] {
+        const Instant from = board_->now();
+        busy(50us);
+        took.push_back(board_->now() - from);
+        if (took.size() == 3) board_->request_stop();
+        wait();
+    });
+    ASSERT_TRUE(begin());
+    EXPECT_TRUE(board_->guarantee().cores[1].tick_stopped);
+    EXPECT_TRUE(guarantee_of(2).core_owned);
+    run(1s);
+    EXPECT_EQ(took, (std::vector<Nanoseconds>{50us, 50us, 50us})) << "nobody keeps its budget";
+}
+
+TEST_F(RuntimeTest, BottomHalvesGoWhereTheirInterruptsGo) {
+    const auto core_of_the_bottom_half = [&](bool routed) {
+        setup([&, routed] {
+            EXPECT_TRUE(runtime_->interrupts_vcpu(DeviceClass::nic, 20ms, 100ms, kAnyCore));
+            EXPECT_TRUE(runtime_->route_interrupts(DeviceClass::all, 1, !routed));
+        });
+        return begin(SimConfig{.cores = 3}) ? guarantee_of(board::kFirstIoVcpu).core : kAnyCore;
+    };
+    loop(1, 90ms, 100ms, 0, [&] { wait(); });
+    loop(2, 10ms, 100ms, 1, [&] { wait(); });
+    EXPECT_EQ(core_of_the_bottom_half(false), 1);
+    EXPECT_EQ(core_of_the_bottom_half(true), 2);
 }
 
 TEST_F(RuntimeTest, TheInterruptsOfTheMachineCountInAdmission) {

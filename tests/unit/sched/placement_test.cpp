@@ -57,6 +57,19 @@ TEST(Placement, NothingGoesToAnOwnedCore) {
     EXPECT_EQ(refused->refusal.vcpu.id, 2);
 }
 
+TEST(Placement, NothingGoesWhereItIsKeptOff) {
+    Vcpu io = io_of(33, 20ms, 100ms, kAnyCore);
+    EXPECT_EQ(admit_on(3, {loop_of(1, 9ms, 10ms, 0), loop_of(2, 5ms, 10ms, 1), io})->core_of(33), 1);
+    io.kept_off = 0b010;
+    EXPECT_EQ(admit_on(3, {loop_of(1, 9ms, 10ms, 0), loop_of(2, 5ms, 10ms, 1), io})->core_of(33), 2);
+    const auto refused = admit_on(2, {loop_of(1, 9ms, 10ms, 0), loop_of(2, 5ms, 10ms, 1), io});
+    EXPECT_EQ(refused->refusal.because, RefusedBecause::no_core_fits);
+    EXPECT_EQ(refused->refused_core, 0) << "and not core 1, which would need no change";
+    io.core = 1;
+    EXPECT_TRUE(admit_on(2, {loop_of(1, 9ms, 10ms, 0), loop_of(2, 5ms, 10ms, 1), io})->admitted)
+        << "it names that core";
+}
+
 TEST(Placement, ARefusalNamesAnotherCoreThatWouldTakeIt) {
     const auto machine =
         admit_on(3, {loop_of(1, 30ms, 100ms, 0), loop_of(2, 20ms, 100ms, 0), loop_of(3, 4ms, 10ms, 0),
