@@ -2,7 +2,7 @@
 //
 //   G29 G80 BED_MESH_CALIBRATE   M420 S Z   BED_MESH_CLEAR   BED_MESH_PROFILE   M852   SET_SKEW
 //
-// A measured bed is known by a number here; its heights are seen on the pins alone (inspector.h).
+// A measured bed is known by a number here; its heights are seen on the pins alone (probing.h).
 #pragma once
 
 #include <algorithm>

@@ -35,7 +35,6 @@ class BedMap {
         at(nearest(0, x), nearest(1, y)) = height;
         ++touches_;
     }
-    [[nodiscard]] int touches() const { return touches_; }
     [[nodiscard]] bool complete() const { return touches_ >= grid_.points[0] * grid_.points[1]; }
 
     [[nodiscard]] double height_at(double x, double y) const {

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/text.h"
+#include "twin/advance_watch.h"
 
 namespace qduino::twin {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "twin/axis_drive.h"
 #include "twin/deposit.h"
-#include "twin/inspector.h"
+#include "twin/findings.h"
 #include "twin/racking.h"
 
 namespace qduino::twin {

@@ -18,7 +18,7 @@
 // stands still, with all its modes, where the path was read to.
 //
 // The head rests at both ends of the way. So an observer of the pulses alone can tell the way from
-// the path (twin/inspector.h). Loop 1 only.
+// the path (twin/excursions.h). Loop 1 only.
 #pragma once
 
 #include <utility>
