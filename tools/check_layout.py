@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The layout of the house, checked: who may include whom, how long a function may be, what may not be written.
+"""The layout of the house, checked: who may include whom, how long a function may be and how large a class, what may not be written.
 
 Run from anywhere: `tools/check_layout.py`. Prints one line per offence, `file:line: what (what to do)`, and exits 1 if any.
 `--self-test` shows that each rule catches an offence made for it.
@@ -10,9 +10,12 @@ import sys
 
 sys.dont_write_bytecode = True
 
+import class_size  # noqa: E402
 import tree_check  # noqa: E402
 
 FUNCTION_LINES_MAX = 70
+FUNCTIONS_MAX = 40
+MEMBERS_MAX = 20
 
 # The arrows of ARCHITECTURE.md: which folders a folder may include. It may always include itself.
 # "board" is the seam alone.
@@ -180,6 +183,45 @@ def long_functions(text):
             last_significant = c
 
 
+# What other people's sketches call is as large as they have it. The seam is one list of all that a
+# board must provide. Every other class that is still above the limit has its size here, and may not
+# grow.
+LARGE = {
+    ("arduino/WString.h", "String"): (60, 20),
+    ("arduino/fastled/colors.h", "CRGB"): (44, 20),
+    ("board/board.h", "Board"): (48, 20),
+    ("board/sim/sim_board.h", "SimBoard"): (41, 20),
+    ("board/linux/linux_board.h", "LinuxBoard"): (62, 22),
+    ("board/linux/loop/vcpu_thread.h", "VcpuThread"): (43, 20),
+    ("board/sim/event_loop.h", "EventLoop"): (55, 26),
+    ("printer/machine/job_actions.h", "JobActions"): (43, 20),
+    ("printer/machine/machine.h", "Machine"): (44, 20),
+    ("printer/motion/planner.h", "Planner"): (43, 20),
+    ("printer/preflight/preflight.h", "Preflight"): (40, 26),
+    ("printer/step/solver.h", "Solver"): (40, 27),
+    ("qduino/commands/metal.cpp", "Metal"): (40, 21),
+    ("runtime/runtime.h", "Runtime"): (51, 20),
+    ("spool/spool.h", "Spool"): (68, 33),
+    ("twin/asked_path.h", "AskedPath"): (46, 25),
+    ("twin/printer.h", "Printer"): (40, 22),
+    ("web/connection.h", "Connection"): (40, 22),
+}
+
+
+def class_offences(path, text):
+    """A struct is a record: its members are a table, and have no limit."""
+    if path.startswith(("tests/", "bench/")):
+        return
+    for line, kind, name, functions, members in class_size.class_sizes(strip_code(text)):
+        functions_max, members_max = LARGE.get((path, name), (FUNCTIONS_MAX, MEMBERS_MAX))
+        if functions > functions_max:
+            yield line, f"{kind} {name} has {functions} functions (at most {functions_max}: take it apart)"
+        if members > members_max and kind == "class":
+            yield line, f"{kind} {name} has {members} members (at most {members_max}: take it apart)"
+        if (path, name) in LARGE and functions <= FUNCTIONS_MAX and members <= MEMBERS_MAX:
+            yield line, f"{kind} {name} is as small as others now (take it out of LARGE)"
+
+
 BANNED = [
     (re.compile(r"\bsystem\s*\("), ("spool/", "web/", "apps/printd/"), "no shell: a name from outside must never reach one"),
     (re.compile(r"\b(?:steady_clock|system_clock|high_resolution_clock)::now\b"),
@@ -278,6 +320,7 @@ def offences(path, text):
     yield from test_namespace_offences(path, text)
     yield from include_offences(path, text)
     yield from long_functions(text)
+    yield from class_offences(path, text)
     yield from banned(path, text)
     yield from system_offences(path, text)
     yield from open_offences(path, text)
@@ -286,6 +329,10 @@ def offences(path, text):
 
 def self_test():
     long_body = "void f() {\n" + "x();\n" * 80 + "}\n"
+    functions = "class C {\n  public:\n    C() : a_{1}, b_(2) {}\n" + "".join(f"    [[nodiscard]] int f{i}(int x = 1) const;\n" for i in range(39))
+    members = "class C {\n    enum class E { a, b };\n    static constexpr int k = 1;\n    struct S { int x; } s_;\n" + "".join(
+        f"    std::function<void(int)> m{i}_{{}};\n" for i in range(17))
+    fits = functions + "  private:\n    int a_, b_ = 1;\n    C(const C&) = delete;\n    friend bool same(C, C);\n    using T = int (*)(int);\n};\n"
     cases = [
         ("printer/a.cpp", '#include "board/board.h"\n', "may not include"),
         ("twin/a.cpp", '#include "printer/machine_config.h"\n', "may not include"),
@@ -322,6 +369,10 @@ def self_test():
         ("board/a.h", "// a\n#pragma once\n#include <mutex>\n", "without an operating system"),
         ("runtime/a.cpp", "int f() { return errno; }\n", "without an operating system"),
         ("base/a.cpp", long_body, "has 82 lines"),
+        ("base/a.cpp", functions + "    bool operator<(const C& other) const { return {}; }\n};\n", "has 41 functions"),
+        ("base/a.cpp", members + "    int a_, b_ = 1, c_;\n};\n", "has 21 members"),
+        ("base/a.cpp", "namespace n {\nvoid f() {\n" + members + "    int a_, b_, c_;\n};\n}\n}\n", "has 21 members"),
+        ("base/a.cpp", "struct R {\n    void g();\n" + functions + "};\n    " + functions.replace("class C", "struct D") + "    int h();\n};\n};\n", "struct D has 41"),
         ("base/a.h", "int x;\n", "#pragma once"),
         ("tests/unit/base/time_test.cpp", "namespace qduino {\n", "qduino::time_test"),
     ]
@@ -332,7 +383,9 @@ def self_test():
              *offences("tests/a.cpp", '#include "board/linux/kernel/clock.h"\n'),
              *offences("board/linux/a.cpp", "#include <unistd.h>\nauto a = posix::open_guarded(path, O_RDONLY);\n"),
              *offences("qduino/a.cpp", "std::ifstream in{path};\n"), *offences("sched/a.cpp", "#include <cstdint>\n"),
-             *offences("tests/unit/base/time_test.cpp", "namespace qduino::time_test {\n")]
+             *offences("tests/unit/base/time_test.cpp", "namespace qduino::time_test {\n"),
+             *offences("base/a.cpp", fits), *offences("base/a.cpp", members + "    int a_, b_;\n};\n"),
+             *offences("base/a.cpp", members.replace("class C", "struct C") + "    int a_, b_, c_;\n};\n")]
     return tree_check.failed_cases(cases, clean, offences)
 
 
