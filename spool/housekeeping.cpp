@@ -1,18 +1,9 @@
-// The spool's start, and its work beside printing: it sweeps blobs, deletes ended jobs, and has the
-// journal copied.
-//
-// An empty or older journal must not delete a person's files. So a file without a job's row is
-// removed only when the journal can vouch for that. It must be the journal that these blobs belong
-// to (blobs-journal-id), and no upload of the file may have been confirmed under a number that this
-// journal never gave out. Everything else is set aside, with a line in the log, and waits for
-// `printd --recover`.
+#include "spool/housekeeping.h"
+
 #include <algorithm>
-#include <iterator>
 #include <limits>
 
-#include "spool/name_search.h"
 #include "spool/recovery.h"
-#include "spool/spool.h"
 
 namespace qduino::spool {
 
@@ -33,53 +24,49 @@ std::string files_set_aside(std::size_t count) {
 
 // ---- start and end ------------------------------------------------------------------------------
 
-Result<void> Spool::load() {
+Result<StoredState> Housekeeping::open() {
     QDUINO_TRY_ASSIGN(blobs_, BlobStore::open(options_.folder, options_.limits));
     QDUINO_TRY_ASSIGN(StoredState state, load_journal());
     first_new_id_ = state.next_job_id;
-    queue_ = Queue{std::move(state.jobs), state.next_job_id, state.last_ended};
-    gate_ = state.gate;
-    if (!options_.confirm_bed) gate_.bed_occupied = false;
-    run_ = state.active_run;
-    awaited_report_ = state.awaited_report;
-    last_run_id_ = state.last_run_id;
-    if (run_) log("carrying on with run ", run_->id, " of job ", run_->job);
-    if (copier_) copier_->begin_if_missing();
-    return {};
+    return state;
 }
 
 /// Opens the journal, checks that it is sound and the one that the blobs belong to, and loads it.
-Result<StoredState> Spool::load_journal() {
+Result<StoredState> Housekeeping::load_journal() {
     if (options_.journal_in_memory) {
-        QDUINO_TRY_ASSIGN(store_, Store::open(":memory:"));
-        return store_->load();
+        QDUINO_TRY_ASSIGN(std::unique_ptr<Store> store, Store::open(":memory:"));
+        ledger_.open(std::move(store));
+        return ledger_.store().load();
     }
     QDUINO_TRY_ASSIGN(OpenedJournal journal, open_journal(options_.folder, options_.opened_s));
-    store_ = std::move(journal.store);
+    ledger_.open(std::move(journal.store));
+    Store& store = ledger_.store();
     ballast_ = std::make_unique<Ballast>(options_.folder);
-    store_->when_full([this] {
+    store.when_full([this] {
         const bool given = ballast_->give_up();
-        if (given) log("the disk is full: the room that was kept for this is used; uploads are refused");
+        if (given)
+            ledger_.log().add(
+                "the disk is full: the room that was kept for this is used; uploads are refused");
         return given;
     });
-    const Result<UnixSeconds> newest = store_->newest_time();
+    const Result<UnixSeconds> newest = store.newest_time();
     clock_ = ClockWatch{options_.calendar_from_s, newest ? *newest : 0};
     copier_ = std::make_unique<JournalCopier>(options_.folder);
     if (!journal.repaired.empty())
-        log("the job journal was damaged, and is repaired from its copy: ", journal.repaired);
-    QDUINO_TRY_ASSIGN(StoredState state, store_->load());
+        ledger_.log().add("the job journal was damaged, and is repaired from its copy: ", journal.repaired);
+    QDUINO_TRY_ASSIGN(StoredState state, store.load());
     const std::string known = blobs_->journal_id();
     // An older program wrote no id. A journal of such a program that has jobs is the blobs' own.
-    const bool of_an_older_program = known.empty() && store_->counts().total() > 0;
+    const bool of_an_older_program = known.empty() && store.counts().total() > 0;
     if (state.rebuilding) {
         QDUINO_TRY(rebuild());
-        QDUINO_TRY_ASSIGN(state, store_->load());
+        QDUINO_TRY_ASSIGN(state, store.load());
     } else if (known != state.journal_id && !of_an_older_program) {
-        gate_ = state.gate;
+        ledger_.set_gate(state.gate);
         QDUINO_TRY(set_strangers_aside());
-        state.gate = gate_;
+        state.gate = ledger_.gate();
     } else if (const std::size_t count = blobs_->all_set_aside().size(); count > 0) {
-        log(files_set_aside(count));
+        ledger_.log().add(files_set_aside(count));
     }
     std::error_code failed;
     sweep_ = std::filesystem::directory_iterator{blobs_->blobs_folder(), failed};
@@ -87,38 +74,38 @@ Result<StoredState> Spool::load_journal() {
     return state;
 }
 
-Result<void> Spool::rebuild() {
+Result<void> Housekeeping::rebuild() {
     const auto said = [this](std::size_t done, std::size_t total, const std::string& words) {
         if (done == total || done % 100 == 0)
-            log("stored files: ", done, " of ", total, " looked at; ", words);
+            ledger_.log().add("stored files: ", done, " of ", total, " looked at; ", words);
     };
-    QDUINO_TRY_ASSIGN(const Recovered done, recover_jobs(*store_, *blobs_, options_.analyzer, said));
-    log(done.jobs, " jobs that the copy did not know were made of their files; all jobs are held");
+    QDUINO_TRY_ASSIGN(const Recovered done, recover_jobs(ledger_.store(), *blobs_, options_.analyzer, said));
+    ledger_.log().add(done.jobs,
+                      " jobs that the copy did not know were made of their files; all jobs are held");
     return {};
 }
 
 /// The blobs do not belong to this journal: it is a new one, or another printer's.
-Result<void> Spool::set_strangers_aside() {
+Result<void> Housekeeping::set_strangers_aside() {
     for (const std::string& sha256 : blobs_->all()) {
-        QDUINO_TRY_ASSIGN(const bool wanted, store_->blob_wanted(sha256));
+        QDUINO_TRY_ASSIGN(const bool wanted, ledger_.store().blob_wanted(sha256));
         if (wanted) continue;
         QDUINO_TRY(blobs_->set_aside(sha256));
     }
     const std::size_t count = blobs_->all_set_aside().size();
     if (count == 0) return {};
-    log(files_set_aside(count));
-    return hold_queue(files_set_aside(count));
+    ledger_.log().add(files_set_aside(count));
+    return ledger_.hold_queue(files_set_aside(count));
 }
 
-Spool::~Spool() {
-    emergency_.attach(nullptr);
+Housekeeping::~Housekeeping() {
     // The last copy of a clean stop. If it fails, the copy is an older one.
-    if (copier_ && store_) static_cast<void>(copier_->finish(store_->commits()));
+    if (copier_ && ledger_.is_open()) static_cast<void>(copier_->finish(ledger_.store().commits()));
 }
 
 // ---- while it runs ------------------------------------------------------------------------------
 
-std::string Spool::trouble() const {
+std::string Housekeeping::trouble() const {
     if (options_.journal_in_memory) return {};
     std::error_code ignored;
     if (!std::filesystem::exists(options_.folder / "journal.sqlite", ignored))
@@ -127,26 +114,26 @@ std::string Spool::trouble() const {
     return {};
 }
 
-Result<void> Spool::check_room() const {
+Result<void> Housekeeping::check_room() const {
     if (!ballast_ || ballast_->held()) return {};
     return make_error(ErrorCode::unavailable,
                       "the disk is full: delete some jobs, or other files on that disk");
 }
 
-void Spool::keep_house(Instant now, UnixSeconds now_s) {
+void Housekeeping::keep(Instant now, UnixSeconds now_s) {
     sweep();
     clock_.see(now, now_s);
     retain(now_s);
     if (!copier_) return;
     ballast_->keep(now);
     if (!ballast_->held()) return;  // a copy would take the room that was made
-    copier_->after(store_->commits());
+    copier_->after(ledger_.store().commits());
     if (const std::string trouble = copier_->take_trouble(); !trouble.empty())
-        log("the journal could not be copied, the last copy stays: ", trouble);
+        ledger_.log().add("the journal could not be copied, the last copy stays: ", trouble);
 }
 
 /// A few entries at a time: there may be hundreds of thousands, and a printer waits for its bytes.
-void Spool::sweep() {
+void Housekeeping::sweep() {
     std::error_code failed;
     for (int i = 0; i < kSweptEachTick && sweep_ != std::filesystem::directory_iterator{}; ++i) {
         const std::string name = sweep_->path().filename().string();
@@ -156,10 +143,10 @@ void Spool::sweep() {
     }
 }
 
-void Spool::sweep_blob(const std::string& name) {
+void Housekeeping::sweep_blob(const std::string& name) {
     if (name.ends_with(".part")) return blobs_->remove_partial(name);
     const std::string sha256 = name.substr(0, name.find('.'));
-    const Result<bool> wanted = store_->blob_wanted(sha256);
+    const Result<bool> wanted = ledger_.store().blob_wanted(sha256);
     if (!wanted.ok() || *wanted) return;
     const std::vector<UploadRecord> uploads = blobs_->records(sha256);
     const bool lost = std::ranges::any_of(
@@ -169,13 +156,13 @@ void Spool::sweep_blob(const std::string& name) {
     // itself.
     if (!blobs_->set_aside(sha256).ok()) return;
     const std::string reason = files_set_aside(blobs_->all_set_aside().size());
-    log(reason);
-    static_cast<void>(hold_queue(reason));
+    ledger_.log().add(reason);
+    static_cast<void>(ledger_.hold_queue(reason));
 }
 
 /// After the row of `job` has gone, or was never written.
-void Spool::drop_files(const Job& job) {
-    const Result<bool> wanted = store_->blob_wanted(job.sha256);
+void Housekeeping::drop_files(const Job& job) {
+    const Result<bool> wanted = ledger_.store().blob_wanted(job.sha256);
     if (!wanted) return;
     if (*wanted) {
         blobs_->forget(job.sha256, job.id);
@@ -184,18 +171,18 @@ void Spool::drop_files(const Job& job) {
     }
 }
 
-Result<void> Spool::erase_ended(const std::vector<Job>& jobs) {
+Result<void> Housekeeping::erase_ended(const std::vector<Job>& jobs) {
     Change change;
     for (const Job& job : jobs) change.erase.push_back(job.id);
-    QDUINO_TRY(commit_jobs(std::move(change)));
+    QDUINO_TRY(ledger_.commit(std::move(change)));
     for (const Job& job : jobs) drop_files(job);
     return {};
 }
 
 /// Deletes a few of the ended jobs that exceed the limit on their number or their age.
-void Spool::retain(UnixSeconds now_s) {
+void Housekeeping::retain(UnixSeconds now_s) {
     const Retention& keep = options_.retention;
-    const std::int64_t too_many = keep.jobs_max > 0 ? counts().ended() - keep.jobs_max : 0;
+    const std::int64_t too_many = keep.jobs_max > 0 ? ledger_.store().counts().ended() - keep.jobs_max : 0;
     std::size_t count =
         too_many > 0 ? std::min<std::size_t>(static_cast<std::size_t>(too_many), kErasedEachTick) : 0;
     UnixSeconds until_s = now_s;
@@ -206,25 +193,25 @@ void Spool::retain(UnixSeconds now_s) {
         count = kErasedEachTick;
     }
     const Result<std::vector<Job>> oldest =
-        too_many > 0 ? store_->oldest_ended(count, std::numeric_limits<UnixSeconds>::max())
-                     : store_->oldest_ended(count, until_s, clock_.first_s());
+        too_many > 0 ? ledger_.store().oldest_ended(count, std::numeric_limits<UnixSeconds>::max())
+                     : ledger_.store().oldest_ended(count, until_s, clock_.first_s());
     // All others are younger.
     if (too_many <= 0 && oldest.ok() && oldest->size() < count) retained_s_ = now_s;
     if (!oldest.ok() || oldest->empty()) return;
     if (!erase_ended(*oldest).ok()) return;
-    log("deleted ", oldest->size(),
-        " of the oldest ended jobs: ", too_many > 0 ? "more than --keep-jobs" : "older than --keep-days");
+    ledger_.log().add("deleted ", oldest->size(), " of the oldest ended jobs: ",
+                      too_many > 0 ? "more than --keep-jobs" : "older than --keep-days");
 }
 
 /// Makes room for a blob of `bytes` within the store's limit: deletes ended jobs, the oldest first;
 /// but none when that would not be enough.
-Result<void> Spool::make_room(const std::string& sha256, std::uint64_t bytes) {
+Result<void> Housekeeping::make_room(const std::string& sha256, std::uint64_t bytes) {
     const std::uint64_t limit = options_.retention.bytes_max;
     if (limit == 0) return {};
-    QDUINO_TRY_ASSIGN(const bool stored, store_->blob_wanted(sha256));
-    if (stored || store_->stored_bytes() + bytes <= limit) return {};
+    QDUINO_TRY_ASSIGN(const bool stored, ledger_.store().blob_wanted(sha256));
+    if (stored || ledger_.store().stored_bytes() + bytes <= limit) return {};
     std::vector<std::pair<std::string, std::uint64_t>> needed{{sha256, bytes}};
-    for (const Job& job : queue_.jobs()) needed.emplace_back(job.sha256, job.stored_bytes);
+    for (const Job& job : ledger_.queue().jobs()) needed.emplace_back(job.sha256, job.stored_bytes);
     std::sort(needed.begin(), needed.end());
     std::uint64_t needed_bytes = 0;
     for (std::size_t i = 0; i < needed.size(); ++i)
@@ -235,79 +222,15 @@ Result<void> Spool::make_room(const std::string& sha256, std::uint64_t bytes) {
             "the store is full with jobs that still wait or print; delete some of them, or give it more with "
             "--store-limit-mib");
     }
-    while (store_->stored_bytes() + bytes > limit) {
+    while (ledger_.store().stored_bytes() + bytes > limit) {
         QDUINO_TRY_ASSIGN(const std::vector<Job> oldest,
-                          store_->oldest_ended(1, std::numeric_limits<UnixSeconds>::max()));
+                          ledger_.store().oldest_ended(1, std::numeric_limits<UnixSeconds>::max()));
         if (oldest.empty())
             return make_error(ErrorCode::unavailable,
                               "the store is full, and no ended job is left to delete");
         QDUINO_TRY(erase_ended(oldest));
     }
     return {};
-}
-
-// ---- the list -----------------------------------------------------------------------------------
-
-namespace {
-
-bool matches(const Job& job, const JobQuery& query, const std::string& folded_text) {
-    const bool state = job.state == JobState::printing ? query.printing
-                       : job.hold                      ? query.held
-                                                       : query.waiting;
-    return state && (folded_text.empty() || name_holds(job.name, folded_text));
-}
-
-/// The ended jobs that `query` wants; nothing when it wants none.
-std::optional<EndedQuery> ended_query(const JobQuery& query) {
-    EndedQuery ended;
-    if (query.done) ended.states.push_back(JobState::done);
-    if (query.cancelled) ended.states.push_back(JobState::cancelled);
-    if (query.failed) ended.states.push_back(JobState::failed);
-    if (ended.states.empty()) return std::nullopt;
-    if (ended.states.size() == 3) ended.states.clear();
-    ended.text = query.text;
-    return ended;
-}
-
-}  // namespace
-
-Result<JobPage> Spool::page(const JobQuery& query) const {
-    JobPage page;
-    const std::vector<const Job*> live = queue_.listing();
-    auto from = live.begin();
-    std::optional<std::int64_t> below_order;
-    if (query.before) {
-        const auto at = std::ranges::find(live, *query.before, &Job::id);
-        if (at != live.end()) {
-            from = at + 1;
-        } else if (const Result<Job> ended = store_->find(*query.before); ended.ok()) {
-            from = live.end();
-            below_order = ended->order;
-        } else if (ended.error().code != ErrorCode::not_found) {
-            return ended.error();
-        }
-    }
-    const bool first = query.is_first_page();
-    std::size_t waiting = 0;
-    const std::string text = folded(query.text);
-    for (; from != live.end() && (first || page.jobs.size() <= query.limit); ++from) {
-        if (!matches(**from, query, text)) continue;
-        if (first && (*from)->state == JobState::queued && ++waiting > JobQuery::kFirstWaiting) continue;
-        page.jobs.push_back(**from);
-    }
-    const std::size_t limit = query.limit + (first ? page.jobs.size() : 0);
-    std::optional<EndedQuery> ended = ended_query(query);
-    if (ended && page.jobs.size() <= limit) {
-        ended->below_order = below_order;
-        // One more, to learn whether there is a next page.
-        ended->limit = limit + 1 - page.jobs.size();
-        QDUINO_TRY_ASSIGN(std::vector<Job> rows, store_->ended(*ended));
-        std::ranges::move(rows, std::back_inserter(page.jobs));
-    }
-    if (page.jobs.size() <= limit) return page;
-    page.jobs.resize(limit);
-    page.next_before = page.jobs.back().id;
-    return page;
 }
 
 }  // namespace qduino::spool

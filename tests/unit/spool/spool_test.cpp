@@ -176,7 +176,7 @@ TEST_F(SpoolTest, WithoutASupervisorsReasonTheJobFailsAfterASecondAllTheSame) {
     layout_->sketch_dead.store(1);
     sketch_.reset();
     run(1);
-    now_ += Spool::kExplainedWithin - std::chrono::milliseconds{100};
+    now_ += MachineLink::kExplainedWithin - std::chrono::milliseconds{100};
     run(1);
     EXPECT_EQ(state(a), JobState::printing);
     now_ += std::chrono::milliseconds{200};

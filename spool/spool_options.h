@@ -1,0 +1,36 @@
+// What the spool is told when it is opened.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+
+#include "spool/analyzer.h"
+#include "spool/blob_store.h"
+#include "spool/clock_watch.h"
+
+namespace qduino::spool {
+
+/// How long ended jobs are kept; 0: no limit of this kind. The job that ended first goes first,
+/// with its files. Jobs that wait or print are never deleted.
+struct Retention {
+    std::int64_t jobs_max = 100'000;
+    std::int64_t days_max = 0;
+    std::uint64_t bytes_max = 0;  ///< of all stored files
+};
+
+struct SpoolOptions {
+    std::filesystem::path folder;
+    BlobLimits limits;
+    bool journal_in_memory = false;  ///< for fuzzing: nothing survives
+    bool hold_after_failure = true;  ///< a failed job holds the queue until a person releases it
+    /// After a copy that moved, wait for a person to clear the bed.
+    bool confirm_bed = true;
+    Retention retention;
+    /// Reads the facts of jobs that a damaged journal has lost; null: those get none.
+    Analyzer* analyzer = nullptr;
+    UnixSeconds opened_s = 0;  ///< now; names what has to be set aside
+    /// Nothing is deleted by its age while the calendar is before this.
+    UnixSeconds calendar_from_s = ClockWatch::kFirst_s;
+};
+
+}  // namespace qduino::spool
