@@ -23,6 +23,8 @@ namespace fs = std::filesystem;
 
 /// A count of instructions is the time: 2^4 ns each (QEMU's -icount).
 constexpr const char* kCountedTime = "shift=4,sleep=off";
+/// Where time is counted, the date is counted, too: a run is the same on every day.
+constexpr const char* kCountedDate = "base=2000-01-01T00:00:00,clock=vm";
 /// Debian's ovmf.
 constexpr const char* kUefiFirmware = "/usr/share/ovmf/OVMF.fd";
 
@@ -89,6 +91,7 @@ Result<Words> qemu_words(const EmulatedMachine& machine, BootWay way, const fs::
     append(words, {"-smp", std::to_string(machine.cores), "-display", "none", "-nodefaults", "-no-reboot"});
     append(words, boot);
     if (machine.counted_time) append(words, {"-icount", kCountedTime});
+    if (machine.counted_time && machine.forwards.empty()) append(words, {"-rtc", kCountedDate});
     append(words, {"-serial", "stdio"});
     if (!machine.wire.empty())
         append(words, {"-serial", "unix:" + part(machine.wire) + ",server=on,wait=off"});
@@ -109,7 +112,7 @@ Words virt_words(const EmulatedMachine& machine, const fs::path& image, const fs
     Words words{"qemu-system-aarch64", "-machine", "virt,gic-version=2", "-cpu", "cortex-a53", "-m", "128"};
     append(words, {"-smp", std::to_string(machine.cores), "-display", "none", "-nodefaults", "-no-reboot"});
     append(words, {"-kernel", image.string(), "-append", "semihosting " + machine.words});
-    if (machine.counted_time) append(words, {"-icount", kCountedTime});
+    if (machine.counted_time) append(words, {"-icount", kCountedTime, "-rtc", kCountedDate});
     append(words, {"-serial", "stdio"});
     append(words, {"-chardev", "file,id=report,path=/dev/fd/2,append=on", "-semihosting-config",
                    "enable=on,target=native,chardev=report"});

@@ -105,6 +105,20 @@ class Inputs(unittest.TestCase):
         self.assertGreater(charged, (periods - 1) * 7900, run.report)
 
 
+class Date(unittest.TestCase):
+    """tests/metal/date: what the PL031 says."""
+
+    def test_a_sketch_begins_at_the_true_date(self):
+        built = subprocess.run(metal('build', HERE / 'date', '--arch', 'aarch64'), capture_output=True, text=True, timeout=200, check=True,
+                               env=ENVIRONMENT)
+        done = subprocess.run([*VIRT, *QUIET, '-kernel', built.stdout.strip(), '-append', 'semihosting for=4', '-icount', 'shift=4,sleep=off', '-serial',
+                               'stdio', '-semihosting-config', 'enable=on,target=native', '-rtc', 'base=2026-02-28T23:59:58,clock=vm'],
+                              stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=LIMIT_S, check=False)
+        self.assertRegex(done.stdout, r'began 2026-02-28T23:59:5[89]')
+        self.assertRegex(done.stdout, r'waited 2026-03-01T00:00:0[123]')
+        self.assertRegex(done.stdout, r'over 2026-03-01T00:00:0[123]')
+
+
 class Death(unittest.TestCase):
     """tests/metal/death: the pins come first."""
 

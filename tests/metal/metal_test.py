@@ -5,6 +5,7 @@ Time is a count of instructions (--deterministic), so a run is the same every ti
   metal_test.py QDUINO [Class.test]"""
 import concurrent.futures
 import contextlib
+import datetime
 import os
 import pathlib
 import random
@@ -389,7 +390,7 @@ class Clocks(unittest.TestCase):
         run = Run(HERE / 'clocks', '--for', '0.5')
         self.assertEqual(run.status, 0, run.report)
         self.assertIn('setup: 0', run.serial)
-        said = re.search(r'worked (\d+) lasted (\d+) steady (\d+) idle (\d+) others (\d+) date 1 slept 0 wrong -1-1\.', run.serial)
+        said = re.search(r'worked (\d+) lasted (\d+) steady (\d+) idle (\d+) others (\d+) slept 0 wrong -1-1\.', run.serial)
         self.assertIsNotNone(said, run.serial)
         worked, lasted, steady, idle, others = map(int, said.groups())
         self.assertIn(worked, (9, 10, 11))
@@ -398,6 +399,36 @@ class Clocks(unittest.TestCase):
         self.assertLessEqual(abs(steady - lasted), 1)
         self.assertLessEqual(idle, 1)
         self.assertIn(others, (4, 5, 6))
+
+
+class Date(unittest.TestCase):
+    """tests/metal/date: what the clock that runs without power says, as C and C++ tell it."""
+
+    def date_of(self, *rtc):
+        """What the sketch says: when it began, 3 s later, and behind a wait for a date that is over. Of QEMU's clock the words `rtc`."""
+        built = subprocess.run(metal('build', HERE / 'date'), capture_output=True, text=True, timeout=200, check=True, env=ENVIRONMENT)
+        done = subprocess.run(['qemu-system-x86_64', '-machine', 'q35', '-cpu', 'max', '-m', '128', '-smp', '2', '-display', 'none', '-nodefaults',
+                               '-no-reboot', '-icount', 'shift=4,sleep=off', '-kernel', built.stdout.strip(), '-append', 'for=4', '-serial', 'stdio',
+                               '-device', 'isa-debug-exit,iobase=0xf4,iosize=0x01', *rtc],
+                              stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=200, check=False)
+        said = dict(re.findall(r'(began|waited|over) (\S+)', done.stdout))
+        self.assertEqual(set(said), {'began', 'waited', 'over'}, done.stdout + done.stderr)
+        self.assertIn((datetime.datetime.fromisoformat(said['over']) - datetime.datetime.fromisoformat(said['waited'])).seconds, (0, 1), said)
+        return said['began'], said['waited']
+
+    def test_a_sketch_begins_at_the_true_date(self):
+        began, waited = self.date_of('-rtc', 'base=2026-02-28T23:59:58,clock=vm')
+        self.assertIn(began, ('2026-02-28T23:59:58', '2026-02-28T23:59:59'))
+        self.assertIn(waited, ('2026-03-01T00:00:01', '2026-03-01T00:00:02', '2026-03-01T00:00:03'))
+
+    def test_the_century_is_the_firmwares(self):
+        began, waited = self.date_of('-rtc', 'base=1999-12-31T23:59:58,clock=vm')
+        self.assertEqual((began[:10], waited[:10]), ('1999-12-31', '2000-01-01'))
+
+    def test_counted_time_has_a_counted_date(self):
+        run = Run(HERE / 'date', '--for', '0.5')
+        self.assertEqual(run.status, 0, run.report)
+        self.assertIn('began 2000-01-01T00:00:0', run.serial)
 
 
 class Refusal(unittest.TestCase):

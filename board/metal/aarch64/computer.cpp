@@ -6,6 +6,7 @@
 #include "board/metal/computer/clock.h"
 #include "board/metal/computer/paging.h"
 #include "board/metal/core/device_interrupts.h"
+#include "board/metal/driver/pl031.h"
 #include "board/metal/driver/pl061.h"
 #include "board/metal/driver/serial_line.h"
 #include "board/metal/panic.h"
@@ -78,6 +79,7 @@ void start_computer(const BootFacts&) {
 }
 
 void open_devices(const BootFacts&) {
+    computer_clock.set_date(read_pl031_date(tree.clock.at));
     static GicLines lines;
     interrupt_lines = &lines;
     Pl011::place_first(tree.uart.at);
@@ -102,7 +104,7 @@ std::uint32_t own_target() { return Gic::number(); }
 
 Result<void> lead_pins_to(std::string_view device) {
     return make_error(ErrorCode::invalid_argument, "pins=", device,
-                      ": the pins of this machine are those of its PL061");
+                      ": the pins of this computer are those of its PL061");
 }
 bool let_cores_take_turns(double) { return false; }
 

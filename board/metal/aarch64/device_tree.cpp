@@ -77,6 +77,7 @@ void take(const Node& node, DeviceTree& tree) {
     }
     if (node.kind.has("arm,pl011") && tree.uart.at == 0) tree.uart = place_of(node);
     if (node.kind.has("arm,pl061") && tree.gpio.at == 0) tree.gpio = place_of(node);
+    if (node.kind.has("arm,pl031") && tree.clock.at == 0) tree.clock = place_of(node);
 }
 
 std::string_view text_at(std::uint64_t at) { return reinterpret_cast<const char*>(at); }

@@ -28,7 +28,7 @@ struct DeviceTree {
     FixedVector<std::uint64_t, kCoresMax> cores;  ///< MPIDR_EL1 of each
     bool psci_by_smc = false;
     std::uint64_t gic_distributor = 0, gic_cpu = 0;
-    DevicePlace uart, gpio;  ///< a PL011, a PL061: the first of each
+    DevicePlace uart, gpio, clock;  ///< a PL011, a PL061, a PL031: the first of each
 };
 
 /// False: there is no tree at `at`. Takes no memory.

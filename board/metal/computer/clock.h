@@ -6,11 +6,13 @@
 //   aarch64    the virtual counter of the generic timer, which is one for all cores
 //
 // clock_is_invariant() says whether the processor promises it; the guarantee report says so when it
-// does not.
+// does not. The date is this clock and one number, which a clock that runs without power tells at
+// the start (driver/cmos_clock.h, driver/pl031.h).
 #pragma once
 
 #include <algorithm>
 #include <cstdint>
+#include <optional>
 
 #include "base/time.h"
 #include "board/metal/computer/instructions.h"
@@ -30,6 +32,13 @@ class ComputerClock {
     [[nodiscard]] std::uint64_t hz() const { return hz_; }
 
     [[nodiscard]] Instant now() const { return instant_at(clock_count()); }
+    /// It is now `seconds` since 1970, UTC. Nothing: nobody knows, and 1970 begins with instant 0.
+    void set_date(std::optional<std::int64_t> seconds) {
+        if (seconds) instant_0_ = Nanoseconds{std::chrono::seconds{*seconds}} - (now() - kEpoch);
+    }
+    /// The date of instant 0, as time since 1970.
+    [[nodiscard]] Nanoseconds date_of_instant_0() const { return instant_0_; }
+
     /// now() when the counter stands at `count`.
     [[nodiscard]] Instant instant_at(std::uint64_t count) const {
         return instant_from_ns(static_cast<std::int64_t>(Wide{count - origin_} * ns_of_tick_ >> kFraction));
@@ -53,6 +62,7 @@ class ComputerClock {
 
     std::uint64_t hz_ = 0, origin_ = 0;
     std::uint64_t ns_of_tick_ = 0, ticks_of_ns_ = 0;  // both with kFraction binary places
+    Nanoseconds instant_0_{0};                        // when that was, since 1970
 };
 
 inline constinit ComputerClock computer_clock;

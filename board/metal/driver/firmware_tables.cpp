@@ -72,10 +72,15 @@ void take_entry(std::uint64_t entry, ComputerTables& tables) {
     }
 }
 
+/// ACPI 5.2.9: bit 5 of IAPC_BOOT_ARCH denies a CMOS clock.
+void take_clock(std::uint64_t fadt, ComputerTables& tables) {
+    constexpr std::uint32_t kNoClock = 1u << 5;
+    tables.century = read_at<std::uint8_t>(fadt + 108);
+    tables.has_cmos_clock = (read_at<std::uint16_t>(fadt + 109) & kNoClock) == 0;
+}
+
 /// Older firmware has the port itself, newer one a "generic address" of it: space 1 are ports.
-std::uint16_t acpi_timer_port(std::uint64_t rsdp) {
-    const std::uint64_t fadt = find_table(rsdp, "FACP");
-    if (fadt == 0) return 0;
+std::uint16_t acpi_timer_port(std::uint64_t fadt) {
     if (const auto port = read_at<std::uint32_t>(fadt + 76); port != 0)
         return static_cast<std::uint16_t>(port);
     const bool has_port = read_at<std::uint32_t>(fadt + 4) >= 220 && read_at<std::uint8_t>(fadt + 208) == 1;
@@ -90,7 +95,10 @@ Result<ComputerTables> read_firmware_tables(std::uint64_t rsdp, std::uint32_t fi
     if (madt == 0) return make_error(ErrorCode::not_found, "the firmware has no ACPI table of interrupts");
     ComputerTables tables;
     tables.cores.push_back(first);
-    tables.acpi_timer = acpi_timer_port(rsdp);
+    if (const std::uint64_t fadt = find_table(rsdp, "FACP"); fadt != 0) {
+        tables.acpi_timer = acpi_timer_port(fadt);
+        take_clock(fadt, tables);
+    }
     tables.local_apic = read_at<std::uint32_t>(madt + 36);
     const std::uint64_t end = madt + read_at<std::uint32_t>(madt + 4);
     for (std::uint64_t entry = madt + 44; entry + 2 <= end;) {

@@ -2,7 +2,7 @@
 // interrupts arrive.
 //
 //   RSDP ──► XSDT or RSDT ─┬► MADT "APIC" ──► one entry for each core, I/O APIC and rerouted line
-//                          └► FADT "FACP" ──► the port of ACPI's timer
+//                          └► FADT "FACP" ──► the port of ACPI's timer, the clock with the date
 //
 // ACPI Specification 6.5, 5.2.5 (RSDP), 5.2.7–8 (RSDT, XSDT), 5.2.9 (FADT),
 // 5.2.12 (MADT). No AML is needed.
@@ -30,6 +30,8 @@ struct ComputerTables {
     std::uint64_t io_apic = 0;  ///< of inputs 0…; 0: none
     FixedVector<LineOverride, 16> overrides;
     std::uint16_t acpi_timer = 0;  ///< its port; 0: none
+    bool has_cmos_clock = true;    ///< the firmware does not deny it
+    std::uint8_t century = 0;      ///< the CMOS clock's register that has it; 0: none
 };
 
 /// `rsdp`: where the loader says that it is; 0: it is looked for where a BIOS has it. `first`: the

@@ -2,8 +2,10 @@
 
 #include <cstring>
 
+#include "board/metal/computer/clock.h"
 #include "board/metal/computer/paging.h"
 #include "board/metal/core/device_interrupts.h"
+#include "board/metal/driver/cmos_clock.h"
 #include "board/metal/driver/firmware_tables.h"
 #include "board/metal/driver/io_apic.h"
 #include "board/metal/driver/pc_timers.h"
@@ -26,13 +28,20 @@ constexpr std::uint32_t kTrampoline = 0x8000;  // as x86/entry.S has it
 
 ComputerTables tables;
 
-void read_machine(const BootFacts& facts) {
+void read_computer(const BootFacts& facts) {
     Result<ComputerTables> read = read_firmware_tables(facts.rsdp_at, LocalApic::number());
     if (!read) panic(read.error().message.view());
     tables = *read;
     const std::uint64_t hz = clock_rate(tables.acpi_timer);
     if (hz == 0) panic("no timer tells how fast the processor's counter is");
     LocalApic::calibrate(hz);
+}
+
+/// Bit 7 of the number stays 0: it would hold non-maskable interrupts back.
+std::uint8_t read_cmos(std::uint8_t number) {
+    constexpr std::uint16_t kNumber = 0x70, kValue = 0x71;
+    port_write(kNumber, number & 0x7f);
+    return port_read(kValue);
 }
 
 void open_line(DeviceClass kind, std::uint8_t interrupt, SerialLine& line) {
@@ -63,12 +72,13 @@ void start_computer(const BootFacts& facts) {
         tables.cores.push_back(LocalApic::number());
         LocalApic::calibrate(beside->clock_hz);
     } else {
-        read_machine(facts);
+        read_computer(facts);
     }
 }
 
 void open_devices(const BootFacts& facts) {
     if (facts.beside) return open_shared_memory(*facts.beside);
+    if (tables.has_cmos_clock) computer_clock.set_date(read_cmos_date(read_cmos, tables.century));
     if (tables.io_apic == 0) panic("the firmware tells of no I/O APIC");
     static IoApic io_apic(tables);
     interrupt_lines = &io_apic;
@@ -89,7 +99,7 @@ void start_core(std::size_t index, const Core& core) {
 void join_computer() { LocalApic::enable(tables.local_apic, true); }
 std::uint32_t own_target() { return LocalApic::number(); }
 
-/// QEMU ends a turn at each timer of the machine.
+/// QEMU ends a turn at each timer of the computer.
 bool let_cores_take_turns(double turn_us) {
     repeat_pit(turn_us);
     return true;

@@ -44,8 +44,6 @@ void loop(1, 50, 200, 0) {
   Serial.print(idle);
   Serial.print(" others ");
   Serial.print(turns - before);
-  Serial.print(" date ");
-  Serial.print((long)time(nullptr) < 100);
   Serial.print(" slept ");
   Serial.print(slept);
   Serial.print(" wrong ");

@@ -50,5 +50,19 @@ TEST(ComputerClock, KeepsTheRateToAMicrosecondInADay) {
     }
 }
 
+TEST(ComputerClock, TheDateIsOneNumberBehindTheCount) {
+    ComputerClock clock;
+    clock.set(1'000'000'000, clock_count());
+    EXPECT_EQ(clock.date_of_instant_0(), Nanoseconds{0});
+    clock.set_date(std::nullopt);
+    EXPECT_EQ(clock.date_of_instant_0(), Nanoseconds{0});
+    constexpr Nanoseconds kDate = std::chrono::seconds{1'772'323'198};
+    const Instant before = clock.now();
+    clock.set_date(kDate / 1s);
+    const Instant behind = clock.now();
+    EXPECT_LE(clock.date_of_instant_0(), kDate - (before - kEpoch));
+    EXPECT_GE(clock.date_of_instant_0(), kDate - (behind - kEpoch));
+}
+
 }  // namespace
 }  // namespace qduino::board::metal::clock_test
