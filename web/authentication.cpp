@@ -139,6 +139,20 @@ bool TicketTable::take(std::string_view ticket, Instant now) {
     return valid;
 }
 
+// ---- addresses ----------------------------------------------------------------------------------
+
+void AddressTable::enter(const std::string& remote, Instant now) {
+    ends_[remote] = now + kLifetime;
+    forget_first_to_end(ends_, kAddressesMax);
+}
+
+bool AddressTable::admits(const std::string& remote, Instant now) {
+    const auto at = ends_.find(remote);
+    if (at == ends_.end() || at->second <= now) return false;
+    at->second = now + kLifetime;
+    return true;
+}
+
 // ---- proofs -------------------------------------------------------------------------------------
 
 Authenticator::Authenticator(std::string key, std::vector<spool::SessionRecord> stored)

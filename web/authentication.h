@@ -89,11 +89,30 @@ class TicketTable {
     std::map<std::string, Instant> expires_;  // by hash
 };
 
+/// Addresses that have shown the key lately: for interfaces whose clients show it once, and are
+/// known by their address from then on. Bounded in memory: it forgets the one that was heard of
+/// longest ago.
+class AddressTable {
+  public:
+    static constexpr Nanoseconds kLifetime = std::chrono::seconds{60};  ///< behind its last request
+    static constexpr std::size_t kAddressesMax = 64;
+
+    void enter(const std::string& remote, Instant now);
+    /// True for one that has been entered. Its time begins anew.
+    [[nodiscard]] bool admits(const std::string& remote, Instant now);
+    /// False: it was not there.
+    bool leave(const std::string& remote) { return ends_.erase(remote) > 0; }
+
+  private:
+    std::map<std::string, Instant> ends_;
+};
+
 /// How a request proved itself.
 enum class Proof : std::uint8_t {
     none,  ///< nothing was presented, or it was wrong
     key,
     cookie,   ///< a browser did: the request must come from our own page
+    address,  ///< its address has shown the key before
     limited,  ///< it was wrong, as too many before it from this address
     off,      ///< authentication is off
 };
@@ -116,6 +135,7 @@ class Authenticator {
 
     SessionTable sessions;
     TicketTable tickets{kLiveLifetime};
+    AddressTable visitors;
     /// For a session of another browser, a phone's: whoever is signed in gives them out.
     TicketTable invitations{kInvitationLifetime};
 

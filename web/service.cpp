@@ -123,6 +123,21 @@ std::optional<Response> Service::refuse_stream(const RequestHead& head, const Cl
                                                                 : std::optional{foreign_page()};
 }
 
+/// Origin is no protection of calls that act by GET: a browser sends none with them. But it always
+/// says what it is, and no page can make it say otherwise.
+std::optional<Response> Service::refuse_visitor(const RequestHead& head, const Client& client, Moment moment,
+                                                Proof& proof) {
+    if (presented_key(head)) return refuse(head, client, moment, proof);
+    if (head.value("User-Agent").starts_with("Mozilla/") || head.find("Sec-Fetch-Site"))
+        return foreign_page();
+    proof = authenticator_.is_off()                                   ? Proof::off
+            : authenticator_.visitors.admits(client.name, moment.now) ? Proof::address
+                                                                      : Proof::none;
+    std::optional<Response> refusal = refusal_of(proof);
+    if (refusal) metrics_.count_refused_login();
+    return refusal;
+}
+
 std::optional<Response> Service::refuse(api::Guard guard, const RequestHead& head, const Client& client,
                                         Moment moment, Proof& proof) {
     switch (guard) {
@@ -132,6 +147,8 @@ std::optional<Response> Service::refuse(api::Guard guard, const RequestHead& hea
             return is_same_origin(head, client, true) ? std::nullopt : std::optional{foreign_page()};
         case api::Guard::ticket:
             return refuse_stream(head, client, moment);
+        case api::Guard::address:
+            return refuse_visitor(head, client, moment, proof);
         case api::Guard::key:
             break;
     }
@@ -273,6 +290,10 @@ void Service::take_piece(std::shared_ptr<Upload> upload, std::string piece,
 
 void Service::end_upload(std::shared_ptr<Upload> upload, std::shared_ptr<const Request> request,
                          Moment moment, Reply reply) {
+    // A visitor's minute begins behind what he has sent, however long that took.
+    const api::Match match = api::find_route(request->head);
+    if (match.guard == api::Guard::address && !presented_key(request->head))
+        authenticator_.visitors.enter(request->client.name, moment.now);
     executors_.disk(
         [this, upload = std::move(upload), request = std::move(request), moment, reply = std::move(reply)] {
             const Result<void> finished = upload->finish();

@@ -109,6 +109,8 @@ class Service {
                                                  Proof& proof);
     [[nodiscard]] std::optional<Response> refuse(api::Guard guard, const RequestHead& head,
                                                  const Client& client, Moment moment, Proof& proof);
+    [[nodiscard]] std::optional<Response> refuse_visitor(const RequestHead& head, const Client& client,
+                                                         Moment moment, Proof& proof);
     [[nodiscard]] std::optional<Response> refuse_stream(const RequestHead& head, const Client& client,
                                                         Moment moment);
     [[nodiscard]] Plan plan_file(const RequestHead& head) const;

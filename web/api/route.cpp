@@ -1,10 +1,21 @@
 #include "web/api/route.h"
 
+#include <array>
+
 namespace qduino::web::api {
 
-std::array<std::span<const Route>, 6> all_routes() {
-    return {job_routes(),       machine_routes(),   octoprint_routes(),
-            prusalink_routes(), moonraker_routes(), service_routes()};
+// The table of each dialect, in the file of its name.
+std::span<const Route> job_routes();
+std::span<const Route> machine_routes();
+std::span<const Route> octoprint_routes();
+std::span<const Route> prusalink_routes();
+std::span<const Route> moonraker_routes();
+std::span<const Route> service_routes();
+
+std::span<const std::span<const Route>> all_routes() {
+    static const std::array tables{job_routes(),       machine_routes(),   octoprint_routes(),
+                                   prusalink_routes(), moonraker_routes(), service_routes()};
+    return tables;
 }
 
 Match find_route(const RequestHead& head) {

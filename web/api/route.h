@@ -7,7 +7,6 @@
 // test compares.
 #pragma once
 
-#include <array>
 #include <functional>
 #include <memory>
 #include <span>
@@ -73,6 +72,9 @@ enum class Guard : std::uint8_t {
     key,     ///< the key, or a session's cookie from our own page
     login,   ///< nothing, from our own page: the body shows the key
     ticket,  ///< a live ticket, or as `key`, from our own page
+    /// The key; or nothing, from an address that has shown it within the last minute, and from no
+    /// browser: a page of any site can make one ask for any address.
+    address,
     none,
 };
 
@@ -100,16 +102,8 @@ struct Route {
     return {method, pattern, created, Thread::spool, Guard::key, Body::upload, open};
 }
 
-/// The routes of each dialect, in files of their own.
-[[nodiscard]] std::span<const Route> job_routes();
-[[nodiscard]] std::span<const Route> machine_routes();
-[[nodiscard]] std::span<const Route> octoprint_routes();
-[[nodiscard]] std::span<const Route> prusalink_routes();
-[[nodiscard]] std::span<const Route> moonraker_routes();
-[[nodiscard]] std::span<const Route> service_routes();
-
-/// All of them, in the order in which they are tried.
-[[nodiscard]] std::array<std::span<const Route>, 6> all_routes();
+/// The tables of all dialects, each from a file of its own, in the order in which they are tried.
+[[nodiscard]] std::span<const std::span<const Route>> all_routes();
 
 struct Match {
     const Route* route = nullptr;  ///< null: no such path, or no such method on it

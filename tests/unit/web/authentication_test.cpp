@@ -160,5 +160,29 @@ TEST(Cookie, ValuesAreFoundByWholeName) {
     EXPECT_EQ(cookie_value(";;;b=;", "b"), "");
 }
 
+TEST(AddressTable, AdmitsForAMinuteBehindTheLastRequest) {
+    AddressTable visitors;
+    const Instant begin = instant_from_ns(0);
+    EXPECT_FALSE(visitors.admits("10.0.0.1", begin));
+    visitors.enter("10.0.0.1", begin);
+    EXPECT_FALSE(visitors.admits("10.0.0.2", begin));
+    EXPECT_TRUE(visitors.admits("10.0.0.1", begin + 59s));
+    EXPECT_TRUE(visitors.admits("10.0.0.1", begin + 118s)) << "it began anew";
+    EXPECT_FALSE(visitors.admits("10.0.0.1", begin + 178s));
+    visitors.enter("10.0.0.1", begin + 200s);
+    EXPECT_TRUE(visitors.leave("10.0.0.1"));
+    EXPECT_FALSE(visitors.admits("10.0.0.1", begin + 200s));
+    EXPECT_FALSE(visitors.leave("10.0.0.1"));
+}
+
+TEST(AddressTable, ForgetsTheOldestOfTooMany) {
+    AddressTable visitors;
+    const auto name = [](std::size_t i) { return "10.0.1." + std::to_string(i); };
+    for (std::size_t i = 0; i <= AddressTable::kAddressesMax; ++i)
+        visitors.enter(name(i), instant_from_ns(static_cast<std::int64_t>(i)));
+    EXPECT_FALSE(visitors.admits(name(0), instant_from_ns(100)));
+    EXPECT_TRUE(visitors.admits(name(1), instant_from_ns(100)));
+}
+
 }  // namespace
 }  // namespace qduino::web::authentication_test
