@@ -10,11 +10,13 @@ std::span<const Route> machine_routes();
 std::span<const Route> octoprint_routes();
 std::span<const Route> prusalink_routes();
 std::span<const Route> moonraker_routes();
+std::span<const Route> duet_routes();
 std::span<const Route> service_routes();
 
 std::span<const std::span<const Route>> all_routes() {
     static const std::array tables{job_routes(),       machine_routes(),   octoprint_routes(),
-                                   prusalink_routes(), moonraker_routes(), service_routes()};
+                                   prusalink_routes(), moonraker_routes(), duet_routes(),
+                                   service_routes()};
     return tables;
 }
 

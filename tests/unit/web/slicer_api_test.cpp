@@ -199,5 +199,169 @@ TEST_F(SlicerApiTest, PrusaLinkInformation) {
     EXPECT_EQ(request("GET /api/v1/status").json()["printer"]["state"], "ERROR") << "no machine";
 }
 
+// ---- Duet: the key comes once, as a password, and then the address alone ------------------------
+
+class DuetTest : public WebTest {
+  protected:
+    /// As a slicer asks: without a key.
+    Answer ask(const std::string& target, const std::string& more = "",
+               const std::string& remote = "10.0.0.7") {
+        return send("GET /" + target + " HTTP/1.1\r\nHost: localhost\r\nUser-Agent: PrusaSlicer/2.9\r\n" +
+                        more + "\r\n",
+                    remote);
+    }
+    Answer send_file(const std::string& query, const std::string& content) {
+        return send("POST /rr_upload?" + query +
+                        " HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/x-www-form-urlencoded\r\n"
+                        "Content-Length: " +
+                        std::to_string(content.size()) + "\r\n\r\n" + content,
+                    "10.0.0.7");
+    }
+    int connect_with(const std::string& password) {
+        const Answer answer = ask("rr_connect?password=" + password + "&time=2026-11-27T14:00:00");
+        return answer.status == 200 ? answer.json().value("err", -1) : answer.status;
+    }
+    void connect_rightly() { ASSERT_EQ(connect_with(kKey), 0); }
+};
+
+TEST_F(DuetTest, AFileIsUploadedAndPrinted) {
+    connect_rightly();
+    const Answer sent = send_file("name=0:/gcodes/lids%2Fpart%20one.gcode&time=2026-11-27T14:00:00", "G28\n");
+    ASSERT_EQ(sent.status, 200) << sent.body;
+    EXPECT_EQ(sent.json()["err"], 0);
+    ASSERT_NE(spool_->queue().find(1), nullptr);
+    EXPECT_EQ(spool_->queue().find(1)->name, "lids - part one.gcode");
+    EXPECT_TRUE(spool_->queue().find(1)->hold) << "nobody has asked for it to be printed";
+    // The slicer sends the quotes as they are.
+    EXPECT_EQ(ask("rr_gcode?gcode=M32%20\"0:/gcodes/lids%2Fpart%20one.gcode\"").status, 200);
+    EXPECT_FALSE(spool_->queue().find(1)->hold);
+    EXPECT_EQ(ask("rr_disconnect").json()["err"], 0);
+    EXPECT_EQ(ask("rr_status").status, 401);
+}
+
+TEST_F(DuetTest, OfFilesWithOneNameTheLastIsPrinted) {
+    connect_rightly();
+    for (const char* content : {"G28\n", "G28\nG1 X1\n"})
+        ASSERT_EQ(send_file("name=a.gcode", content).status, 200);
+    ASSERT_EQ(send_file("name=0:/gcodes/data.gcode", "G28\n").status, 200);
+    EXPECT_EQ(ask("rr_gcode?gcode=M32%20a.gcode").status, 200);
+    EXPECT_TRUE(spool_->queue().find(1)->hold);
+    EXPECT_FALSE(spool_->queue().find(2)->hold);
+    EXPECT_TRUE(spool_->queue().find(3)->hold);
+    EXPECT_EQ(ask("rr_gcode?gcode=M32%20%22b.gcode%22").status, 404);
+}
+
+TEST_F(DuetTest, WithoutTheKeyNothingIsServed) {
+    EXPECT_EQ(connect_with("reprap"), 1) << "what a slicer sends when nobody has typed one";
+    EXPECT_EQ(connect_with(""), 1);
+    for (const char* target : {"rr_status?type=3", "rr_gcode?gcode=M32%20a.gcode", "rr_gcode?gcode=G28",
+                               "rr_filelist?dir=0:/gcodes", "rr_fileinfo?name=a", "rr_disconnect"}) {
+        EXPECT_EQ(ask(target).status, 401) << target;
+    }
+    EXPECT_EQ(send_file("name=a.gcode", "G28\n").status, 401);
+    connect_rightly();
+    EXPECT_EQ(ask("rr_status").status, 200);
+    EXPECT_EQ(ask("rr_status", "", "10.0.0.8").status, 401) << "another address";
+    EXPECT_EQ(ask("api/v1/jobs").status, 401) << "of this interface alone";
+    EXPECT_EQ(ask("rr_status", "X-Api-Key: a wrong one\r\n").status, 401);
+    now_ += 61s;
+    EXPECT_EQ(ask("rr_status").status, 401) << "a minute without a word";
+    EXPECT_EQ(spool_->queue().size(), 0u);
+}
+
+TEST_F(DuetTest, ABrowserIsNotTakenForTheSlicerOfItsComputer) {
+    connect_rightly();
+    EXPECT_EQ(ask("rr_gcode?gcode=G28", "Sec-Fetch-Site: cross-site\r\n").status, 403);
+    EXPECT_EQ(
+        send("GET /rr_gcode?gcode=G28 HTTP/1.1\r\nHost: localhost\r\nUser-Agent: Mozilla/5.0 (X11)\r\n\r\n",
+             "10.0.0.7")
+            .status,
+        403);
+    open_service("");  // no key is asked for
+    EXPECT_EQ(
+        send("GET /rr_gcode?gcode=G28 HTTP/1.1\r\nHost: localhost\r\nUser-Agent: Mozilla/5.0 (X11)\r\n\r\n",
+             "10.0.0.7")
+            .status,
+        403);
+    EXPECT_EQ(connect_with("reprap"), 0);
+}
+
+TEST_F(DuetTest, TooManyWrongPasswordsAreTold) {
+    for (int i = 0; i < FailureLimiter::kBurst; ++i) ASSERT_EQ(connect_with("wrong"), 1);
+    EXPECT_EQ(connect_with("wrong"), 429);
+    EXPECT_EQ(connect_with(kKey), 0) << "the right one is always taken";
+}
+
+TEST_F(DuetTest, AVisitLastsAsLongAsItsUpload) {
+    constexpr int kPieces = 6;
+    const std::string piece = std::string(40'000, ';') + "\n";
+    connect_rightly();
+    connect("10.0.0.7");
+    connection_->receive("POST /rr_upload?name=a.gcode HTTP/1.1\r\nHost: localhost\r\nContent-Length: " +
+                             std::to_string(kPieces * piece.size()) + "\r\n\r\n",
+                         moment());
+    for (int i = 0; i < kPieces; ++i) {
+        now_ += 20s;
+        connection_->check_time(moment());
+        connection_->receive(piece, moment());
+    }
+    EXPECT_EQ(parse(output()).status, 200) << "after two minutes";
+    now_ += 30s;
+    EXPECT_EQ(ask("rr_gcode?gcode=M32%20a.gcode").status, 200);
+}
+
+TEST_F(DuetTest, AFileThatWasDamagedOrDoesNotFitIsRefused) {
+    connect_rightly();
+    EXPECT_EQ(send_file("name=a.gcode&crc32=cbf43926", "123456789").status,
+              200);  // the standard's check value
+    EXPECT_EQ(send_file("name=b.gcode&crc32=cbf43927", "123456789").status, 422);
+    for (const char* digits : {"0xcbf43926", "cbf439261", "wrong", "-1"})
+        EXPECT_EQ(send_file("name=b.gcode&crc32=" + std::string{digits}, "G28\n").status, 400) << digits;
+    const Answer bad = send_file("name=b.gcode", "G28\nbad\n");
+    EXPECT_EQ(bad.status, 422);
+    EXPECT_EQ(bad.json()["error"]["line"], 2);
+    EXPECT_EQ(send_file("name=b.gcode", "not gcode\n").status, 415);
+    EXPECT_EQ(send_file("name=b.gcode", std::string(3 << 20, ';')).status, 413);
+    for (const char* name :
+         {"", "0:/sys/config.g", "/macros/a", "0:/gcodes/", "0:/gcodes/../a", "0:/gcodes/a//b"})
+        EXPECT_EQ(send_file("name=" + std::string{name}, "G28\n").status, 400) << name;
+    EXPECT_EQ(spool_->queue().size(), 1u);
+    EXPECT_EQ(files_in("incoming"), 0u);
+}
+
+TEST_F(DuetTest, FilesAreListedAndDescribed) {
+    connect_rightly();
+    ASSERT_EQ(send_file("name=a.gcode", "G28\n").status, 200);
+    ASSERT_EQ(send_file("name=a.gcode", "G28\nG28\n").status, 200);
+    const auto list = ask("rr_filelist?dir=0:/gcodes").json();
+    EXPECT_EQ(list["err"], 0);
+    ASSERT_EQ(list["files"].size(), 1u);
+    EXPECT_EQ(list["files"][0]["name"], "a.gcode");
+    EXPECT_EQ(list["files"][0]["type"], "f");
+    EXPECT_EQ(ask("rr_filelist?dir=0:/sys").json()["err"], 2);
+    const auto info = ask("rr_fileinfo?name=0:/gcodes/a.gcode").json();
+    EXPECT_EQ(info["err"], 0);
+    EXPECT_EQ(info["size"], 8);
+    EXPECT_EQ(info["numLayers"], 2);
+    EXPECT_EQ(info["printTime"], 100);
+    EXPECT_EQ(ask("rr_fileinfo?name=b.gcode").json()["err"], 1);
+    EXPECT_EQ(ask("rr_fileinfo").json()["err"], 1) << "nothing prints";
+}
+
+TEST_F(DuetTest, TheMachineIsToldAndSpokenTo) {
+    connect_rightly();
+    EXPECT_EQ(ask("rr_status?type=3").json()["status"], "O");
+    EXPECT_EQ(ask("rr_gcode?gcode=G28").status, 503) << "nobody is there to hear it";
+    start_sketch();
+    run(3);
+    EXPECT_EQ(ask("rr_status?type=3").json()["status"], "I");
+    EXPECT_EQ(ask("rr_gcode?gcode=").status, 200) << "asks for room alone";
+    EXPECT_EQ(ask("rr_gcode?gcode=G28%0AG1%20X10").status, 200);
+    EXPECT_EQ(ask("rr_gcode?gcode=M37%20P%22a.gcode%22").status, 501);
+    std::string many;
+    for (int i = 0; i < 65; ++i) many += "G28%0A";
+    EXPECT_EQ(ask("rr_gcode?gcode=" + many).status, 400);
+}
+
 }  // namespace
 }  // namespace qduino::web::slicer_api_test
