@@ -12,7 +12,7 @@
 //   };
 //   const Listed<Restore> restore_listed{{Place::restore, "restore", "Undo what …", "Example: …"}};
 //
-// The help lists commands in the order of Place.
+// The help lists commands in the order of Place, and those of one place by name.
 #pragma once
 
 #include <memory>

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <string_view>
+#include <utility>
 
 #include "base/version.h"
 #include "terminal/message.h"
@@ -31,7 +32,9 @@ void list_command(const CommandEntry& entry) { list().push_back(entry); }
 
 std::vector<CommandEntry> listed_commands() {
     std::vector<CommandEntry> entries = list();
-    std::ranges::stable_sort(entries, {}, [](const CommandEntry& entry) { return entry.words.place; });
+    std::ranges::sort(entries, {}, [](const CommandEntry& entry) {
+        return std::pair{entry.words.place, std::string_view{entry.words.name}};
+    });
     return entries;
 }
 
