@@ -7,7 +7,7 @@ import sys
 import unittest
 
 PROGRAM, PAGE = sys.argv.pop(1), sys.argv.pop(1)
-COMMANDS = ["new", "build", "run", "sim", "check", "trace", "profile", "vcpu", "metal", "lib", "upload", "monitor", "ide", "doctor", "restore", "completion"]
+COMMANDS = ["new", "build", "size", "run", "sim", "check", "trace", "profile", "vcpu", "metal", "lib", "upload", "monitor", "ide", "doctor", "restore", "completion"]
 
 
 def run(*command, **options):

@@ -50,9 +50,9 @@ TEST_F(CommandsTest, TheHelpHasThemInTheirOrder) {
     std::string names;
     for (const CLI::App* command : std::as_const(*parser_).get_subcommands({}))
         names += command->get_name() + ' ';
-    EXPECT_EQ(
-        names,
-        "new build run sim check trace profile vcpu metal lib upload monitor ide doctor restore completion ");
+    EXPECT_EQ(names,
+              "new build size run sim check trace profile vcpu metal lib upload monitor ide doctor restore "
+              "completion ");
 }
 
 TEST_F(CommandsTest, TheLineChoosesOne) {
