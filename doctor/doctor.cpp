@@ -89,8 +89,8 @@ std::string computer_of(const Facts& facts) {
 }
 
 std::string report_text(const Facts& facts, const std::vector<Entry>& entries) {
-    std::string out = first_words(entries) + "\n" + wrapped(computer_of(facts), "Machine: ") +
-                      wrapped(facts.release() + " " + facts.architecture(), "Kernel:  ");
+    std::string out = first_words(entries) + "\n" + wrapped(computer_of(facts), "Computer: ") +
+                      wrapped(facts.release() + " " + facts.architecture(), "Kernel:   ");
     const char* group = "";
     for (const Entry& entry : entries) {
         if (entry.group != group) write(out, '\n', entry.group, '\n');
@@ -127,7 +127,7 @@ std::vector<doctor::Group> doctor::all_checks() {
     return {{"Kernel", kernel_checks()},
             {"Cores", core_checks()},
             {"Interrupts", interrupt_checks()},
-            {"Machine", host_checks()},
+            {"Computer", host_checks()},
             {"Permissions", permission_checks()}};
 }
 

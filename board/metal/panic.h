@@ -1,4 +1,4 @@
-// The end of a machine that cannot go on: a broken contract, an exception of the processor, no
+// The end of a computer that cannot go on: a broken contract, an exception of the processor, no
 // memory.
 //
 //   safe levels ──► the other cores stop ──► safe levels again ──► words ──► off
@@ -24,9 +24,9 @@ bool tell_beside(std::string_view text);
 /// Not while loops run: a line of text takes milliseconds.
 void report(std::string_view text);
 
-/// Turns the machine off; 0: all is well. On x86-64 QEMU's isa-debug-exit ends the emulator with
+/// Turns the computer off; 0: all is well. On x86-64 QEMU's isa-debug-exit ends the emulator with
 /// 2·status + 1; Bochs notes the status, and ends by its own port; on aarch64 an emulator ends with
-/// the status. Elsewhere the machine halts. A core that Linux gave up halts, and Linux is told the
+/// the status. Elsewhere the computer halts. A core that Linux gave up halts, and Linux is told the
 /// status.
 [[noreturn]] void turn_off(int status);
 

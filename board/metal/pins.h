@@ -1,4 +1,4 @@
-// The pins: virtual ones, whose other ends are outside of the machine, or real ones.
+// The pins: virtual ones, whose other ends are outside of the computer, or real ones.
 //
 //   pin_write ──► write_virtual_pin() (computer/instructions.h) ──► whoever listens: the witness
 //   pin_read  ◄── what the wire has said ◄── one byte for each change, on the second serial line

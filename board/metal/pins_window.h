@@ -1,6 +1,6 @@
 // A window to a machine outside: a virtual printer, say, that another program plays.
 //
-//   this machine                       memory of both                   a program outside
+//   this computer                      memory of both                   a program outside
 //   Pins ─► edges, duties ──────────► rings of each VCPU ─────────────► PinsServer (board/linux)
 //        ◄─ inputs ◄───────────────── levels ◄─────────────────────────┤
 //   I2C, SPI, analog ─► request ────► mailbox of each VCPU ──────────► │
@@ -30,7 +30,7 @@ class PinsWindow final : public Peripherals {
     /// How long a request waits. The program outside is no real-time one.
     static constexpr Nanoseconds kPatience = 2s;
 
-    /// Looks for the device, once. False: this machine has none, or none with this layout.
+    /// Looks for the device, once. False: this computer has none, or none with this layout.
     [[nodiscard]] bool open();
     /// Memory at `address`, laid out so, is the window. False: it is none. Linux is at the other
     /// side then, and an input is read as it was published last: nobody waits for Linux.

@@ -1,5 +1,5 @@
 // qduino metal: a sketch as an image that boots by itself, without an operating system; a run of it
-// in an emulated machine, or on a core that Linux gives up for as long as it runs.
+// in an emulated computer, or on a core that Linux gives up for as long as it runs.
 #include <cstdio>
 #include <filesystem>
 #include <optional>
@@ -77,7 +77,7 @@ class Metal final : public Command {
             ->required()
             ->check(CLI::IsMember({"build", "iso", "efi", "run", "beside"}));
         sketch_.declare(app);
-        length_.declare(app, "Seconds of the machine (default: until Ctrl-C)");
+        length_.declare(app, "Seconds of the computer (default: until Ctrl-C)");
         add_option(app, "--cores", cores_, "Cores, 1 to 8 (default 2)", "N")
             ->check(whole_number_within(1, 8));
         app.add_flag("--deterministic", counted_time_, "Time counts instructions: repeatable");
@@ -87,7 +87,7 @@ class Metal final : public Command {
             ->check(CLI::Validator(port_pair_error, "PORT:PORT"));
         add_option(app, "--wire", wire_, "Make a socket that drives pins, a byte a change", "FILE");
         add_option(app, "--window", window_, "Virtual pins that it shares with another program", "FILE");
-        add_option(app, "--files", files_, "Files that the machine can read", "FOLDER")
+        add_option(app, "--files", files_, "Files that the computer can read", "FOLDER")
             ->check(CLI::ExistingDirectory);
         add_option(app, "--words", words_, "What the image is told besides: \"name=value …\"", "WORDS");
         add_option(app, "--record", record_, "Keep here a byte for each write to a pin", "FILE");
@@ -289,11 +289,11 @@ class Metal final : public Command {
     std::string boot_;                   // "pvh", "bios" or "uefi"; empty: "pvh"
     std::string witness_;                // "qemu" or "bochs"; empty: "qemu"
     std::string vcd_;                    // where the pins' changes go; empty: nowhere
-    int mips_ = 20;                      // of the machine in Bochs
+    int mips_ = 20;                      // of the computer in Bochs
     std::string record_;                 // what the witness writes at the pins; empty: kept nowhere
     std::string wire_;                   // a socket through which pins are driven from outside
     bool counted_time_ = false;          // time is a count of instructions
-    std::string card_;                   // the machine's network card; empty: it has none
+    std::string card_;                   // the computer's network card; empty: it has none
     std::vector<std::string> forwards_;  // "PORT:PORT": then it has a card, too
     std::string files_;                  // a folder whose files it can read; empty: none
     std::string window_;                 // a file of virtual pins that it shares; empty: none

@@ -51,7 +51,7 @@ Result<Words> boot_words(const EmulatedMachine& machine, BootWay way, const fs::
     return Words{"-bios", kUefiFirmware, "-drive", "format=raw,if=virtio,file=fat:rw:" + part(disk.string())};
 }
 
-/// A card, behind a router that the emulator plays: it gives the machine its address, and leads to
+/// A card, behind a router that the emulator plays: it gives the computer its address, and leads to
 /// the ports of this computer that are forwarded (127.0.0.1 alone).
 Words network_words(const EmulatedMachine& machine) {
     std::string router = "user,id=net";
@@ -63,7 +63,7 @@ Words network_words(const EmulatedMachine& machine) {
     return {"-netdev", router, "-device", card + ",netdev=net,romfile="};
 }
 
-/// Memory that is a file's. The machine finds it as the first region of a PCI device.
+/// Memory that is a file's. The computer finds it as the first region of a PCI device.
 Words window_words(const std::string& pins) {
     return {"-object",
             text<std::string>("memory-backend-file,id=window,size=", board::kPinsFileSize,
@@ -83,7 +83,7 @@ Words file_words(const fs::path& folder) {
     return words;
 }
 
-/// The machine: what the sketch's loops run on, its serial line here, and a witness at its pins.
+/// The computer that the sketch's loops run on, its serial line here, and a witness at its pins.
 Result<Words> qemu_words(const EmulatedMachine& machine, BootWay way, const fs::path& medium,
                          const fs::path& scratch, const std::string& record) {
     QDUINO_TRY_ASSIGN(const Words boot, boot_words(machine, way, medium, scratch));
@@ -107,7 +107,7 @@ Result<Words> qemu_words(const EmulatedMachine& machine, BootWay way, const fs::
     return words;
 }
 
-/// The machine `virt`: pins are those of its PL061, and reports go the debugger's way.
+/// QEMU's machine `virt`: pins are those of its PL061, and reports go the debugger's way.
 Words virt_words(const EmulatedMachine& machine, const fs::path& image, const fs::path& trace) {
     Words words{"qemu-system-aarch64", "-machine", "virt,gic-version=2", "-cpu", "cortex-a53", "-m", "128"};
     append(words, {"-smp", std::to_string(machine.cores), "-display", "none", "-nodefaults", "-no-reboot"});
@@ -120,7 +120,8 @@ Words virt_words(const EmulatedMachine& machine, const fs::path& image, const fs
     return words;
 }
 
-/// What the machine's end says: 2·status + 1 when the image has turned it off, 0 when Ctrl-C has.
+/// The emulator ends with 2·status + 1 when the image has turned the computer off, with 0 when
+/// Ctrl-C has.
 int status_of_machine(int ended) { return ended == 0 ? 0 : ended % 2 == 1 ? ended / 2 : 1; }
 
 /// The emulator opens standard error a second time. Where that is a file, each of the two would

@@ -1,4 +1,4 @@
-// An image in an emulated machine: what runs it, and what a witness outside of it saw at the pins.
+// An image in an emulated computer: what runs it, and what a witness outside of it saw at the pins.
 //
 //   QEMU    fast; time is the host's, or a count of instructions; inputs can be driven; no clock at
 //           the pins
@@ -32,7 +32,7 @@ struct EmulatedMachine {
     std::string wire;                   ///< a socket through which pins are driven; empty: none
     std::string card;                   ///< "virtio-net" or "e1000"; empty: none, or the first
     std::vector<std::string> forwards;  ///< TCP ports here that are ports there, "8080:80"
-    std::string files;                  ///< a folder whose files the machine can read; empty: none
+    std::string files;                  ///< a folder whose files the computer can read; empty: none
     std::string window;  ///< virtual pins (board/window/pins_layout.h) that it shares; empty: none
 
     // Bochs:
@@ -40,7 +40,7 @@ struct EmulatedMachine {
 };
 
 struct EmulatedRun {
-    int status = 0;  ///< with which the image has turned the machine off; 1 when it did not
+    int status = 0;  ///< with which the image has turned the computer off; 1 when it did not
     std::vector<PinWrite> writes;
 };
 

@@ -91,7 +91,7 @@ void PinTally::note(std::size_t pin, bool high) {
 }
 
 std::string PinTally::table() const {
-    std::string out = "Pins, as seen from outside the machine:\n  pin   writes    rises  level at the end\n";
+    std::string out = "Pins, as seen from outside the computer:\n  pin   writes    rises  level at the end\n";
     for (std::size_t i = 0; i < pins_.size(); ++i) {
         if (pins_[i].writes == 0) continue;
         write(out, "  ", column(i, -3), ' ', column(pins_[i].writes, 8), ' ', column(pins_[i].rises, 8),

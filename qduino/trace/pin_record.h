@@ -1,4 +1,4 @@
-// What a witness outside of a machine has seen at the port of its pins (board/metal/pins.h): one
+// What a witness outside of a computer has seen at the port of its pins (board/metal/pins.h): one
 // byte for each write, the level in its highest bit and the pin's number in the others.
 //
 //   QEMU    the bytes alone, in a file           ─┐
@@ -18,7 +18,7 @@
 namespace qduino::apps {
 
 struct PinWrite {
-    std::int64_t ns = 0;  ///< of the machine's time; 0 where the witness has no clock
+    std::int64_t ns = 0;  ///< of the computer's time; 0 where the witness has no clock
     std::uint8_t pin = 0;
     bool high = false;
 
@@ -32,7 +32,7 @@ struct PinWrite {
 /// What an emulator's log says of a run.
 struct BochsLog {
     std::vector<PinWrite> writes;
-    std::optional<int> status;  ///< with which the image turned the machine off
+    std::optional<int> status;  ///< with which the image turned the computer off
 };
 /// `log`: with a line for each write to a port that no device has, as Bochs writes it, with its
 /// tick in front. Other lines are skipped.

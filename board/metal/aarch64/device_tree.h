@@ -1,4 +1,4 @@
-// The device tree: which devices a machine has, as its firmware tells it.
+// The device tree: which devices a computer has, as its firmware tells it.
 //
 //   header ─► a list of words:  begin "cpus"  ── begin "cpu@0"  property reg = 0  end … end
 //

@@ -20,8 +20,8 @@ namespace qduino::board::metal {
 
 class Gic {
   public:
-    /// Addresses of the registers: of the one distributor, and of the CPU interface, which each
-    /// core sees at the same place. Once, on the first core.
+    /// The addresses are those of the registers. There is one distributor; each core sees its own
+    /// CPU interface at the same place. The first core calls it, once.
     static void open(std::uint64_t distributor, std::uint64_t cpu_interface);
     /// Once on every core.
     static void enable();
@@ -39,11 +39,11 @@ class Gic {
     static void stop_other_cores();
     static void route(std::uint32_t number, std::uint8_t vector, std::uint32_t target);
 
-    /// For the guarantee report.
+    /// The guarantee report names it by these words.
     static const char* describe() { return "GICv2, generic timer"; }
 
   private:
-    static constexpr std::uint32_t kNumbers = 160;  // those of the machine's lines end there
+    static constexpr std::uint32_t kNumbers = 160;  // those of the computer's lines end there
 
     inline static constinit std::uint64_t distributor_ = 0, cpu_ = 0;
     inline static constinit std::array<std::uint8_t, kNumbers> vectors_{};

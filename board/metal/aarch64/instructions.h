@@ -34,8 +34,8 @@ inline bool interrupts_enabled() {
     constexpr std::uint64_t kMasked = 0x80;
     return (QDUINO_READ_SYSTEM(daif) & kMasked) == 0;
 }
-/// Sleeps until an interrupt comes, and lets it come. One that is there before the core sleeps ends
-/// that at once, masked or not, so none is missed in between.
+/// Sleeps until an interrupt comes, and lets it come. One that came before the core sleeps ends
+/// the sleep at once, masked or not, so none is missed in between.
 inline void wait_for_interrupt() {
     asm volatile("msr daifset, #2\n\tdsb sy\n\twfi\n\tmsr daifclr, #2\n\tisb" : : : "memory");
 }
@@ -48,7 +48,7 @@ inline void* core_object() { return *reinterpret_cast<void**>(QDUINO_READ_SYSTEM
 inline void count_down(std::uint64_t turns) {
     asm volatile("1:\n\tsubs %0, %0, #1\n\tb.ne 1b" : "+r"(turns) : : "cc");
 }
-/// No emulator of such a machine writes bytes of a port down: its pins are those of a chip.
+/// No emulator of such a computer writes bytes of a port down: its pins are those of a chip.
 inline void write_virtual_pin(std::uint8_t, bool) {}
 
 }  // namespace qduino::board::metal

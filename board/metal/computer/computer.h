@@ -25,11 +25,11 @@ namespace qduino::board::metal {
 void start_computer(const BootFacts& facts);
 void open_devices(const BootFacts& facts);
 
-/// With the first one.
+/// Their number, the first one included.
 [[nodiscard]] std::size_t cores_in_computer();
 /// Core `index` begins with core_main(), on core.boot_stack_top().
 void start_core(std::size_t index, const Core& core);
-/// On another core, before anything else there.
+/// Each other core calls it before anything else.
 void join_computer();
 /// What interrupts for the calling core are sent to.
 [[nodiscard]] std::uint32_t own_target();
@@ -37,11 +37,11 @@ void join_computer();
 /// The pins are those of this device from now on, such as "lpt". Error: what there is not. Before
 /// any loop.
 [[nodiscard]] Result<void> lead_pins_to(std::string_view device);
-/// Where an emulator's cores take turns: each of so many microseconds. False: not on this machine.
+/// Where an emulator's cores take turns: each of so many microseconds. False: not on this computer.
 bool let_cores_take_turns(double turn_us);
 /// Words for whoever started an emulator. False: nobody listens.
 bool tell_emulator(std::string_view words);
-/// Off, where that can be; otherwise the machine stands still.
+/// Off, where that can be; otherwise the computer stands still.
 [[noreturn]] void end_computer(int status);
 
 }  // namespace qduino::board::metal

@@ -26,7 +26,7 @@ class InterruptSource {
     ~InterruptSource() = default;
 };
 
-/// That of the machine's lines; null: it has none, or is not open yet.
+/// That of the computer's lines; null: it has none, or is not open yet.
 inline constinit InterruptSource* interrupt_lines = nullptr;
 
 #ifdef __aarch64__

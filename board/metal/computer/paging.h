@@ -1,8 +1,8 @@
 // Memory that must not be touched: page 0, and one page below every stack.
 //
 // All memory is mapped in pages of 2 MiB (x86/entry.S). Page 0 would make a null pointer a store
-// into the machine's first bytes, and a stack that grows too far would write over its neighbour. So
-// page 0 and those of the stacks are split into pages of 4 KiB, of which some are taken out. A
+// into the computer's first bytes, and a stack that grows too far would write over its neighbour.
+// So page 0 and those of the stacks are split into pages of 4 KiB, of which some are taken out. A
 // touch of one is a page fault, and that is the panic (panic.h). The compiler lets a frame that is
 // larger than a page touch each of its pages, so none steps over (-fstack-clash-protection).
 //

@@ -1,4 +1,4 @@
-// Files that an emulator hands to its machine (QEMU's fw_cfg; docs/specs/fw_cfg.rst of QEMU).
+// Files that an emulator hands to its computer (QEMU's fw_cfg; docs/specs/fw_cfg.rst of QEMU).
 //
 //   0x510  ◄─ the number of a file (16 bits)
 //   0x511  ─► its bytes, one by one

@@ -19,7 +19,7 @@
 
 namespace qduino::board::metal {
 
-/// How a word goes to a register of the machine, and comes from it.
+/// How a word goes to a register of the computer, and comes from it.
 struct MemoryAccess {
     void (*write)(std::uint64_t address, std::uint32_t value);
     std::uint32_t (*read)(std::uint64_t address);

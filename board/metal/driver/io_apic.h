@@ -18,7 +18,7 @@ void silence_old_pic();
 
 class IoApic final : public InterruptSource {
   public:
-    /// All inputs are masked. `machine` outlives it.
+    /// All inputs are masked. `tables` outlives it.
     explicit IoApic(const ComputerTables& tables);
 
     /// ISA line `line`; `apic` is the number of a local APIC.

@@ -18,7 +18,7 @@
 
 namespace qduino::board::metal {
 
-/// How a byte goes to a port of the machine, and comes from it.
+/// How a byte goes to a port of the computer, and comes from it.
 struct PortAccess {
     void (*write)(std::uint16_t port, std::uint8_t value);
     std::uint8_t (*read)(std::uint16_t port);

@@ -4,8 +4,8 @@
 //   PIT           1.193182 MHz, since 1981. A firmware may have stopped its clock.
 //   ACPI's timer  3.579545 MHz, at the port that the firmware's tables name.
 //
-// The first that is there is taken. A port without a device reads as ones, so a timer counts as
-// there when its count is seen to change.
+// The first that answers is taken. A port without a device reads as ones, so a timer answers when
+// its count is seen to change.
 // Intel SDM volume 3, 18.7.3 (CPUID 15h); Intel 8254 datasheet; ACPI Specification 6.5, 4.8.2.1.
 #pragma once
 

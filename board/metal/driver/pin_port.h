@@ -1,4 +1,4 @@
-// Real pins: registers of the machine whose bits are levels of a connector or of a chip's pads.
+// Real pins: registers of the computer whose bits are levels of a connector or of a chip's pads.
 //
 //   Pins (pins.h) ─► PinPort ─┬─ LptPort                        the parallel port of a PC
 //                             ├─ BayTrailPads, ApolloLakePads   Intel's

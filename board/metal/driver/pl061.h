@@ -1,7 +1,7 @@
 // A PL061: eight pins, 0 to 7. Untested on silicon.
 //
-//   a word at 4·mask from its begin: of the pins whose bit is in the mask, the levels. So a write
-//   of one pin is one store, and needs no lock
+//   a word at 4·mask from its begin: the levels of the pins whose bit is in the mask. So a write of
+//   one pin is one store, and needs no lock
 //
 // PrimeCell General Purpose Input/Output (PL061) Technical Reference Manual (Arm DDI 0190B), 3.3.
 #pragma once
@@ -17,7 +17,7 @@ class Pl061 final : public PinPort, public Device {
   public:
     static constexpr std::uint16_t kPins = 8;
 
-    /// `at`: of its registers. All pins are inputs, and none interrupts.
+    /// `at`: where its registers are. All pins are inputs, and none interrupts.
     explicit Pl061(std::uint64_t at);
 
     [[nodiscard]] Result<void> set_mode(PinId pin, PinMode mode, Level level) override;

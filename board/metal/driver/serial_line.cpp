@@ -78,7 +78,7 @@ void SerialLine::send_now(std::span<const char> text) {
     std::uint8_t byte = 0;
     while (out_->try_pop(byte)) send(byte);
     for (const char c : text) send(static_cast<std::uint8_t>(c));
-    while (!uart_.all_sent()) spin_hint();  // the machine may be turned off next
+    while (!uart_.all_sent()) spin_hint();  // the computer may be turned off next
 }
 
 }  // namespace qduino::board::metal

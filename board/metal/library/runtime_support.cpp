@@ -1,4 +1,4 @@
-// What a C++ compiler takes for granted, on a machine without exceptions and without an end of the
+// What a C++ compiler takes for granted, on a computer without exceptions and without an end of the
 // program. The standard library would throw where it calls std::__throw_…; here that is a panic.
 #include <cstdlib>
 #include <exception>
@@ -11,7 +11,7 @@ using qduino::board::metal::panic;
 
 extern "C" {
 void* __dso_handle = nullptr;
-/// Static objects are never destroyed: the machine is turned off before.
+/// Static objects are never destroyed: the computer is turned off before.
 int __cxa_atexit(void (*)(void*), void*, void*) { return 0; }
 void __cxa_pure_virtual() { panic("a pure virtual function was called"); }
 void abort() { panic("abort() was called"); }

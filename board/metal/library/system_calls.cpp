@@ -2,7 +2,7 @@
 // (`syscall`, `svc 0`), with Linux's numbers. This kernel answers three of them:
 //
 //   write, writev   standard output: Serial's line; standard error: beside it (panic.h), or there
-//   exit_group      the machine is turned off
+//   exit_group      the computer is turned off
 //
 // and says "not implemented" to all others. So printf() works as it is, and what needs files or
 // processes fails as the library says that it may. Clocks and waits do not come here (clocks.cpp).

@@ -34,7 +34,7 @@ class LocalApic {
     /// An interrupt that cannot be masked, to every other core.
     static void stop_other_cores();
 
-    /// For the guarantee report.
+    /// The guarantee report names it by these words.
     static const char* describe() {
         if (x2apic_) return tsc_deadline_ ? "x2APIC, TSC deadline" : "x2APIC, one-shot timer";
         return tsc_deadline_ ? "xAPIC, TSC deadline" : "xAPIC, one-shot timer";

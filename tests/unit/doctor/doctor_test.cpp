@@ -340,7 +340,7 @@ TEST(Doctor, BeginsWithWhatABeginnerMustDo) {
         const std::string said = ask(machine, false).text;
         EXPECT_TRUE(said.starts_with(words)) << said.substr(0, 300);
     };
-    begins("You can run sketches, in real time as well.\n\nMachine: ");
+    begins("You can run sketches, in real time as well.\n\nComputer: ");
     machine.put("/proc/900/comm", "irqbalance");
     begins("You can run sketches, in real time as well. What could be better is told below\n(1); nothing ");
     machine.put("/proc/sys/kernel/sched_rt_runtime_us", "0");
@@ -349,7 +349,7 @@ TEST(Doctor, BeginsWithWhatABeginnerMustDo) {
     begins("You can run sketches. For real time do these 2:\n  1  ");
     const std::string said = ask(machine, false).text;
     EXPECT_EQ(said.find("\n  3  "), std::string::npos);
-    EXPECT_LT(said.find("\n  2  "), said.find("\nMachine: "));
+    EXPECT_LT(said.find("\n  2  "), said.find("\nComputer: "));
 }
 
 TEST(Doctor, NeverPasses80Columns) {
