@@ -118,7 +118,7 @@ inline BaseType_t xTaskResumeAll() {
 
 // ---- notifications ------------------------------------------------------------------------------
 
-/// From a task or a handler.
+/// A task or a handler may call it.
 BaseType_t xTaskNotify(TaskHandle_t task, std::uint32_t value, eNotifyAction action);
 inline BaseType_t xTaskNotifyGive(TaskHandle_t task) { return xTaskNotify(task, 0, eIncrement); }
 inline BaseType_t xTaskNotifyFromISR(TaskHandle_t task, std::uint32_t value, eNotifyAction action,

@@ -12,7 +12,7 @@ class Client : public Stream {
     virtual int connect(const char* host, std::uint16_t port) = 0;
     using Print::write;
     using Stream::read;
-    /// Up to `size` bytes that are there; 0 when none are, -1 when none will come.
+    /// Reads up to `size` bytes that have come. 0: none have; -1: none will.
     virtual int read(std::uint8_t* buffer, std::size_t size) = 0;
     virtual void stop() = 0;
     /// Nonzero while connected, or while there is still something to read.

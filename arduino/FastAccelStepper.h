@@ -26,9 +26,9 @@ class FastAccelStepper {
     void setEnablePin(std::uint8_t pin, bool low_enables = true);
     /// Enabled while it moves.
     void setAutoEnable(bool automatic) { automatic_ = automatic; }
-    /// Between enabling and the first step.
+    /// So long passes between enabling and the first step.
     void setDelayToEnable(std::uint32_t us) { enable_delay_ = std::chrono::microseconds{us}; }
-    /// Between the last step and disabling.
+    /// So long passes between the last step and disabling.
     void setDelayToDisable(std::uint16_t ms) { disable_delay_ = std::chrono::milliseconds{ms}; }
     bool enableOutputs();
     bool disableOutputs();
@@ -94,7 +94,7 @@ class FastAccelStepper {
 
 class FastAccelStepperEngine {
   public:
-    /// In setup(): makes the loop.
+    /// Makes the loop. setup() calls it.
     void init(std::uint8_t core = 255);
     /// Null: six motors have been connected, or there is no such pin.
     FastAccelStepper* stepperConnectToPin(std::uint8_t step_pin);

@@ -66,7 +66,7 @@ class NetServer : public Server {
     NetClient available();
     /// The next new connection, handed over: the server then forgets it.
     NetClient accept();
-    /// To every connection.
+    /// Every connection gets it.
     std::size_t write(std::uint8_t value) override { return write(&value, 1); }
     std::size_t write(const std::uint8_t* buffer, std::size_t size) override;
     using Print::write;

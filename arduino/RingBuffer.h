@@ -24,7 +24,7 @@ class RingBufferN {
     void store_char(std::uint8_t value) {
         if (!isFull()) static_cast<void>(ring_.try_push(value));
     }
-    /// By the reader.
+    /// The reader alone may call it.
     void clear() {
         while (read_char() >= 0) {
         }

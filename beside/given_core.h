@@ -27,7 +27,7 @@ class LocalApicPage {
     /// Binds the calling thread to `cpu`, whose local APIC it is. Error: the system's; unsupported
     /// when Linux does not use the APIC by its memory.
     static Result<LocalApicPage> open(int cpu, std::uint32_t apic_number);
-    /// `apic`: of the core to start, at `page`.
+    /// Starts the core with the number `apic`, at `page`.
     void start(std::uint32_t apic, std::uint32_t page);
     /// Stops it, whatever it does.
     void park(std::uint32_t apic);

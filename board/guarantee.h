@@ -116,7 +116,7 @@ struct DelayGuarantee {
     Nanoseconds stopped{};
     Nanoseconds quota{};  ///< quotas kept ordinary tasks of its control group waiting
 
-    /// Its releases that ended late, of the whole run, by the cause in the second of each.
+    /// How many releases of the whole run ended late, by what took the core in that second.
     std::array<std::int64_t, kDelayCauses> late{};
 };
 

@@ -18,7 +18,7 @@ class Ssd1306Chip {
   public:
     static constexpr int kWidth = 128, kRows = 64;
 
-    /// `height`: of the glass, 64 or 32 rows.
+    /// `height`: how many rows the glass has, 64 or 32.
     explicit Ssd1306Chip(int height) : height_(height) {}
 
     /// One transaction: the bytes written, then those to be read (the status, again and again).

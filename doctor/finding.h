@@ -42,7 +42,7 @@ struct Group {
     std::span<const Check> checks;
 };
 
-/// In the order of the report.
+/// The report has the groups in this order.
 std::span<const Check> kernel_checks();
 std::span<const Check> core_checks();
 std::span<const Check> interrupt_checks();

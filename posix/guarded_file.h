@@ -29,7 +29,7 @@ namespace qduino::posix {
 /// No other user's files are believed.
 inline constexpr uid_t kNoOtherOwner = static_cast<uid_t>(-1);
 
-/// Opens a file that is there. `access`: O_RDONLY or O_RDWR. `also`: a user whose files are
+/// Opens an existing file. `access`: O_RDONLY or O_RDWR. `also`: a user whose files are
 /// believed besides root's and this process's own. Errors: not_found, not_permitted (with what is
 /// wrong with it), the system's.
 [[nodiscard]] Result<UniqueFd> open_guarded(const std::filesystem::path& path, int access,

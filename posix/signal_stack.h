@@ -8,8 +8,8 @@
 
 namespace qduino::posix {
 
-/// The calling thread's, while it lives: memory that is there already, so that no handler waits for
-/// it. Without memory for it the handlers run on the thread's own stack. Setup-time.
+/// The calling thread's, while it lives. It is in RAM already, so that no handler waits for it.
+/// Without memory for it the handlers run on the thread's own stack. Setup-time.
 class SignalStack {
   public:
     SignalStack() {

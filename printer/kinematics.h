@@ -54,7 +54,7 @@ class Kinematics {
     /// In a straight line of the tool every motor moves in proportion.
     [[nodiscard]] bool is_linear() const { return type_ != KinematicsType::delta; }
 
-    /// Motor positions: of CoreXY in mm of belt, of a delta the carriages' heights. Where no arm
+    /// Motor positions: CoreXY's are mm of belt, a delta's are the carriages' heights. Where no arm
     /// reaches, the carriage is taken to be level with the nozzle.
     [[nodiscard]] AxisValues motors_from_tool(const AxisValues& tool) const {
         switch (type_) {
@@ -182,7 +182,7 @@ class Kinematics {
         return std::abs((to[2] - from[2]) - outwards / rise(tower, here)) / length;
     }
 
-    /// The carriage's greatest height: of a concave curve, by thirds.
+    /// The carriage's greatest height. The curve is concave, so thirds find it.
     [[nodiscard]] double highest(std::size_t tower, const AxisValues& from, const AxisValues& to) const {
         const auto height = [&](double share) {
             AxisValues at{};

@@ -21,7 +21,7 @@ namespace {
 namespace fs = std::filesystem;
 using posix::system_error;
 
-/// Any folder that is there: it is covered in this view alone.
+/// Any folder that exists will do: it is covered in this view alone.
 constexpr const char* kNewRoot = "/tmp";
 constexpr unsigned long kHarmless = MS_NOSUID | MS_NODEV | MS_NOEXEC;
 

@@ -36,7 +36,7 @@ namespace qduino::sched {
 /// admit_all().
 [[nodiscard]] Admission admit(const CoreLoad& load);
 
-/// As admit(), without looking for a remedy.
+/// Judges as admit() does, and looks for no remedy.
 [[nodiscard]] Admission admit_without_remedy(const CoreLoad& load);
 
 /// The answer alone, at the least cost.

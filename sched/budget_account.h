@@ -21,14 +21,14 @@
 // the thread late, and not its server: that begins when the wait was to end. Else one late wake-up
 // would delay the budget of every later release.
 //
-// The way into a sleep and out of it costs CPU time: of an announced wait, and of the sleep for a
-// spent budget. Admission counts one such way in each period beside the budget (admission.h). So
-// the account leaves out one in each period, or two after a period without, and charges the others.
-// All else is charged: nothing is counted twice. If every sleep for a spent budget were charged, a
-// loop whose budget is shorter than that way would not get on any more once it had overrun: it
-// would pay with each budget for the sleep before. A loop can make its own sleeps for its budget as
-// often as it likes, so of the way through one no more than a thousandth of its period is left out,
-// or 10 µs: less than the warden overlooks (budget_watch.h).
+// The way into a sleep and out of it costs CPU time, both for an announced wait and for the sleep
+// of a spent budget. Admission counts one such way in each period beside the budget (admission.h).
+// So the account leaves out one in each period, or two after a period without, and charges the
+// others. All else is charged: nothing is counted twice. If every sleep for a spent budget were
+// charged, a loop whose budget is shorter than that way would not get on any more once it had
+// overrun: it would pay with each budget for the sleep before. A loop can make its own sleeps for
+// its budget as often as it likes, so of the way through one no more than a thousandth of its
+// period is left out, or 10 µs: less than the warden overlooks (budget_watch.h).
 //
 // The way into that sleep, where it is charged, is charged when the sleep ends, against the
 // replenishment that it waited for. A thread that slept to exactly that instant would then be short

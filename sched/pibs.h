@@ -52,7 +52,8 @@ class Pibs {
     /// U = budget / period. Idle, eligible from `start` on. Contract: parameters.valid().
     /// `activation`: what each service that begins costs the core beside its work. The service pays
     /// for it, so that many short ones take no more than one long one.
-    /// `client_period`: of the main VCPU that it works for where none is named; 0: its own.
+    /// `client_period`: the period of the main VCPU that it works for where none is named; 0: its
+    /// own.
     explicit Pibs(VcpuParameters parameters, Instant start = kEpoch, Nanoseconds activation = {},
                   Nanoseconds client_period = {});
 

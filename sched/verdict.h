@@ -81,7 +81,7 @@ struct Refusal {
     RefusedBecause because = RefusedBecause::none;
     Vcpu vcpu;         ///< the VCPU refused, as asked
     VcpuId other = 0;  ///< core_owned: who owns it; duplicate_id: the same id
-    /// completion_time; late_service: of the I/O VCPU, with its client's period.
+    /// For completion_time. For late_service it is the I/O VCPU's, with its client's period.
     LoopResponse response;
     VcpuKind late = VcpuKind::main;  ///< whose that is
     Shares shares;                   ///< of such: in that period; their sum exceeds it

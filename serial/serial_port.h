@@ -33,7 +33,7 @@ class SerialPort {
     /// `sees_host`: whether that one can tell (a pty can). Errors: the kernel's; invalid_argument.
     [[nodiscard]] static Result<SerialPort> relayed(const std::string& path, bool sees_host);
 
-    /// For poll(2).
+    /// The caller may poll(2) it.
     [[nodiscard]] int fd() const { return fd_.get(); }
     /// The host's end.
     [[nodiscard]] const std::string& name() const { return name_; }

@@ -56,7 +56,7 @@ class Analyzer {
     /// packs its layers into `layers` (created). On worker threads, several at a time; touches
     /// nothing else.
     [[nodiscard]] virtual std::unique_ptr<FileReading> begin(const std::filesystem::path& layers) = 0;
-    /// Reads a file that is there, by begin(). Error: the file cannot be read, or its layers not be
+    /// Reads an existing file, by begin(). Error: the file cannot be read, or its layers not be
     /// written.
     [[nodiscard]] Result<Analysis> analyze(const std::filesystem::path& gcode,
                                            const std::filesystem::path& layers);

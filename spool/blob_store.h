@@ -54,7 +54,7 @@ class StagedFile {
     [[nodiscard]] Result<void> seal();
 
     [[nodiscard]] std::uint64_t size() const { return size_; }
-    /// After seal().
+    /// Known after seal().
     [[nodiscard]] const std::string& sha256() const { return sha256_; }
     [[nodiscard]] const std::filesystem::path& path() const { return path_; }
     /// The file into which the analyzer packs this file's layers.

@@ -12,7 +12,7 @@ namespace qduino::spool {
 
 class Feeder final : public LinkFeed {
   public:
-    /// `file` holds `length` bytes. `estimated_s`: of the copy, 0 when nobody knows.
+    /// `file` holds `length` bytes. `estimated_s`: what the copy takes, 0 when nobody knows.
     Feeder(posix::UniqueFd file, std::uint64_t run_id, std::uint64_t length, double estimated_s = 0)
         : LinkFeed(run_id, length, estimated_s), file_(std::move(file)) {}
     /// Opens the file. Errors: not_found, corrupt (its size is not `length`).

@@ -24,7 +24,7 @@ class LinkFeed {
     /// How long the sketch may be silent with an empty ring before the feeder repeats.
     static constexpr Nanoseconds kRepeatAfter = std::chrono::milliseconds{500};
 
-    /// The run has `length` bytes. `estimated_s`: of the copy, 0 when nobody knows.
+    /// The run has `length` bytes. `estimated_s`: what the copy takes, 0 when nobody knows.
     LinkFeed(std::uint64_t run_id, std::uint64_t length, double estimated_s = 0);
 
     /// While the sketch has not named the run yet: sends job_begin, and the bytes from the start as

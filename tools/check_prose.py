@@ -6,6 +6,8 @@
 - So has a line of a page. What cannot be broken is let be: rows of tables, code, a picture, and a piece without a blank.
 - No line of one to three words stands in the middle of a paragraph: it is left over from an earlier wrap.
 - No sentence begins with "Who" or "Whoever": such a sentence has no subject until its middle.
+- No comment is a phrase that begins with a preposition and has no verb ("For the report."): nobody knows who does what.
+- No parameter is introduced by a genitive ("`at`: of its registers"), and nothing "is there": it exists, has come, or is the sketch's.
 - No comment (nor its paragraph behind an empty line), docstring or line of a page begins with "Of" and a word in lower case: whose value it is comes
   before what it is, and the reader waits for the subject. What a script writes into a page is its own (`<!-- made by … -->` to `<!-- end … -->`).
 
@@ -34,6 +36,17 @@ UNBROKEN = re.compile(r"(`+).+?\1|\]\([^)]*\)")  # code, and the target of a lin
 OPENING = re.compile(r' *(/\*\*?|\*|""") ?(?=\S)')  # of a block comment's line, or of a docstring
 OF_FIRST = re.compile(r"Of [a-z`\[]")
 ITEM_OF_FIRST = re.compile(r" *(?:(?:[-*+>]|\d+[.)]) +)?" + OF_FIRST.pattern)
+# A comment of a few words that begins with one of these is a phrase, unless it has a verb. VERB
+# takes each word for one that may be: it lets some phrases pass, and accuses no sentence.
+PREPOSITION = re.compile(r"(Above|After|Among|As|At|Before|Behind|Below|Beside|Between|By|For|From|In|Likewise|On|Over|Through|To|Under|Until|With|Within|"
+                         r"Without)\b")
+PHRASE_WORDS_MAX = 8
+VERB = re.compile(r"\b(is|are|was|were|be|been|has|have|had|do|does|did|can|cannot|may|must|will|would|could|should|might|\w+(?<![sui])s|\w+ed|"
+                  r"answer|ask|become|became|begin|began|call|came|change|come|count|draw|drew|drawn|end|fall|fell|find|found|follow|get|give|gave|given|go|"
+                  r"gone|got|held|hold|keep|kept|knew|know|known|lay|leave|left|let|lie|made|make|mean|meant|move|need|play|print|put|ran|read|run|said|saw|"
+                  r"say|see|seen|send|sent|set|show|shown|stand|stay|stood|take|taken|tell|told|took|turn|use|wait|want|went|write|written|wrote)\b")
+PARAMETER_OF = re.compile(r"`\w+`: of (a|all|an|each|its|the)\b")
+THAT_IS_THERE = re.compile(r"\bthat (is|are|was|were) there\b")
 SENTENCE_OF_WHO = re.compile(r"(?:^|(?<=[.:;!?] ))(Who|Whoever) (?!\S*\?)[^.?]*\.")
 
 
@@ -107,6 +120,22 @@ def left_over(texts):
             yield i
 
 
+def is_phrase(words):
+    """A whole comment of a few words, without a verb."""
+    text = words.strip()
+    if not PREPOSITION.match(text) or not text.endswith(".") or ". " in text or len(text.split()) > PHRASE_WORDS_MAX:
+        return False
+    return not VERB.search(text.partition(" ")[2])
+
+
+def tics(words):
+    """What is wrong with the words of a comment, or of a line of a page."""
+    if PARAMETER_OF.search(words):
+        yield "a parameter is introduced by Of (say what it is)"
+    if THAT_IS_THERE.search(words):
+        yield "'that is there' (say that it exists, has come, or whose it is)"
+
+
 def can_be_broken(line):
     """A line of a page has a blank behind its first word at which it may be broken."""
     whole = UNBROKEN.sub(lambda piece: piece[0].replace(" ", "_"), line)
@@ -125,6 +154,8 @@ def page_offences(lines):
             yield number, "a sentence begins with Who (say the subject first)"
         elif not is_code and not is_made and ITEM_OF_FIRST.match(line):
             yield number, "a line begins with Of (say the subject first)"
+        if not is_code:
+            yield from ((number, what) for what in tics(line))
         if is_code or len(line) <= COLUMNS_MAX or line.lstrip().startswith(("|", "!")):
             continue
         if can_be_broken(line):
@@ -147,7 +178,11 @@ def offences(path, text):
     for first, texts in blocks(lines, marker):
         for i in left_over(texts):
             yield first + i, f"'{texts[i].strip()}' is left over from an earlier wrap (join the paragraph)"
-        for match in SENTENCE_OF_WHO.finditer(" ".join(texts)):
+        whole = " ".join(texts)
+        yield from ((first, what) for what in tics(whole))
+        if is_phrase(whole):
+            yield first, f"'{whole.strip()}' has no verb (say who does what)"
+        for match in SENTENCE_OF_WHO.finditer(whole):
             yield first, f"'{match[0][:40]} …' begins with Who (say the subject first)"
 
 
@@ -172,6 +207,11 @@ def self_test():
         ("docs/a.md", "Of what failed, this.\n", "Of"),
         ("docs/a.md", "- Of `a` alone.\n", "Of"),
         ("docs/a.md", "<!-- made by a -->\n<!-- end -->\nOf what failed, this.\n", "Of"),
+        ("base/a.h", "/// For the guarantee report.\n", "no verb"),
+        ("base/a.h", "/// As above.\n", "no verb"),
+        ("base/a.h", "/// `at`: of its registers.\n", "introduced by Of"),
+        ("base/a.h", "/// Opens a file that is\n/// there.\n", "that is there"),
+        ("docs/a.md", "Each class that is there.\n", "that is there"),
         ("docs/a.md", "a word " * 15 + "\n", "columns"),
         ("docs/a.md", "- `" + "a word " * 15 + "` and more\n", "columns"),
     ]
@@ -179,6 +219,7 @@ def self_test():
                                       "const char* url = \"https://a.b\";\n// It holds\n// Of a word or of none: both.\n"))
     clean += offences("base/a.h", "/**\n * Whole words.\n * Of a sentence's middle.\n */\nint x;  ///< of the loop\n// Of 40 none was late.\n")
     clean += offences("docs/a.md", "<!-- made by a -->\nOf what failed, this.\n<!-- end -->\n```\nOf what failed\n```\n")
+    clean += offences("base/a.h", "/// As it was made.\n\n/// In order. Once.\n\n/// At least half of the wait is slept.\n\n/// `at`: the place of it.\n")
     clean += offences("docs/a.md", "| " + "a word " * 15 + "|\n```\n" + "a word " * 15 + "\n```\n- `" + "a word " * 15 + "`\n")
     return tree_check.failed_cases(cases, clean, offences)
 

@@ -18,7 +18,7 @@
 
 namespace qduino::twin {
 
-/// In force for a piece of the path.
+/// Holds for a piece of the path.
 struct AskedCorrection {
     bool follows_bed = false;
     int map = 0;  ///< of the bed; 0: none
@@ -64,7 +64,7 @@ class AskedBed {
         return next;
     }
 
-    /// Whatever `command` says of it. `unit_mm`: of its lengths.
+    /// Takes what `command` says of it. `unit_mm`: the unit of its lengths.
     void run(const CommandLine& command, double unit_mm) {
         if (command.letter == 'M' && command.number == 420) {
             if (command.has('S')) now_.follows_bed = command.value('S') != 0;

@@ -43,7 +43,7 @@ struct Reach {
     }
 };
 
-/// In force at a line of the file.
+/// What holds at a line of the file.
 class Compensation {
   public:
     explicit Compensation(const Machine& machine)

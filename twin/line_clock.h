@@ -33,7 +33,7 @@ class LineClock {
         seconds_[index] += static_cast<float>(to_seconds(passed));
     }
 
-    /// By line; longer than the file.
+    /// Indexed by line. It has more entries than the file has lines.
     [[nodiscard]] const std::vector<float>& seconds() const { return seconds_; }
     [[nodiscard]] double rested_s() const { return rested_s_; }
 

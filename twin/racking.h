@@ -18,7 +18,7 @@ namespace qduino::twin {
 
 class Racking {
   public:
-    /// `apart`: of the extra motor's position from the first one's, in steps.
+    /// `apart`: how far the extra motor is from the first one, in steps.
     Racking(const ExtraMotorSpec& spec, std::int64_t apart)
         : slide_(spec.slide), has_switch_(spec.endstop_pin != kNotWired), level_(apart) {}
 

@@ -6,8 +6,8 @@
 // to finish a request or come anew.
 //
 //   strangers   connections that have not shown the key. A newcomer always gets a place. If there
-//               is none, a stranger leaves: of the address that holds the most, the one that has
-//               finished nothing for the longest time. A flood from one address drops its own.
+//               is none, a stranger leaves: the one that has finished nothing for the longest time,
+//               at the address that holds the most. A flood from one address drops its own.
 //   known       connections whose requests have proved a key, a session or a ticket. Their places
 //               are their own: no number of strangers takes one. If they are too many, one that
 //               waits between requests leaves, the longest idle first.

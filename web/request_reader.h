@@ -48,7 +48,7 @@ class RequestReader {
     /// Forgets the request that is complete. Contract: it is.
     void next();
 
-    /// From the `head` step on.
+    /// Known from the `head` step on.
     [[nodiscard]] const RequestHead& head() const;
     /// Bytes fed and not yet used: for the owner of a connection that changes its protocol.
     [[nodiscard]] std::string take_rest();

@@ -52,7 +52,7 @@ class StaticFiles {
     std::map<std::string, File, std::less<>> files_;  // by path, "assets/index-1f2e.js"
 };
 
-/// By extension; application/octet-stream for any other.
+/// The extension decides. An unknown one gives application/octet-stream.
 [[nodiscard]] std::string_view content_type_of(std::string_view name);
 
 }  // namespace qduino::web

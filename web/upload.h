@@ -52,7 +52,7 @@ class Upload {
         file_.reset();
     }
 
-    /// After finish().
+    /// Whole after finish().
     [[nodiscard]] spool::StagedFile& file() { return *file_; }
     [[nodiscard]] const std::string& name() const { return name_; }
     /// A field that came along; empty when absent.

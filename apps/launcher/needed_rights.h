@@ -15,15 +15,16 @@ inline constexpr std::array kMachineRights{CAP_DAC_READ_SEARCH, CAP_SYS_NICE};
 inline constexpr std::array kSketchRights{CAP_DAC_READ_SEARCH, CAP_NET_ADMIN, CAP_IPC_LOCK, CAP_SYS_NICE,
                                           CAP_SYS_RESOURCE};
 
-/// Until it has become its user: then none.
+/// printd needs these until it has become its user. Then it has none.
 inline constexpr std::array kServiceRights{CAP_DAC_READ_SEARCH, CAP_SETGID, CAP_SETUID, CAP_SETPCAP,
                                            CAP_SYS_ADMIN};
 
-/// Likewise.
+/// printer-port needs these until it has become its user.
 inline constexpr std::array kPortRights{CAP_DAC_READ_SEARCH, CAP_SETGID, CAP_SETUID, CAP_SETPCAP,
                                         CAP_SYS_RESOURCE};
 
-/// What it hands on; and to give files away, to act as the service's user, to end its processes.
+/// The launcher hands them on. It also gives files away, acts as the service's user, and ends its
+/// processes.
 inline constexpr std::array kLauncherRights{CAP_CHOWN,     CAP_DAC_READ_SEARCH, CAP_KILL,        CAP_SETGID,
                                             CAP_SETUID,    CAP_SETPCAP,         CAP_NET_ADMIN,   CAP_IPC_LOCK,
                                             CAP_SYS_ADMIN, CAP_SYS_NICE,        CAP_SYS_RESOURCE};

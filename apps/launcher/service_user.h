@@ -1,7 +1,8 @@
 // The system's user that the print service is, when root starts the printer.
 //
 // It must be nobody else's. As "nobody" the service would share its files and its processes with
-// every other program that is run so, and whatever breaks into one of them has the printer, too.
+// every other program that is run this way, and whatever breaks into one of them has the printer,
+// too.
 #pragma once
 
 #include <sys/types.h>

@@ -21,8 +21,8 @@ struct FeatureTime {
 /// The feature that begins at this line of a file; nothing when it is no such comment.
 [[nodiscard]] std::optional<std::string_view> feature_of(std::string_view line);
 
-/// For the file at `path`, the longest first. `seconds`: of each line, from line 1 at index 1. A
-/// file that cannot be read has none.
+/// The features of the file at `path`, the longest first. `seconds`: how long each line took, from
+/// line 1 at index 1. A file that cannot be read has none.
 [[nodiscard]] std::vector<FeatureTime> time_by_feature(const std::string& path,
                                                        const std::vector<float>& seconds);
 

@@ -117,7 +117,7 @@ inline void fade_raw(CRGB* pixels, std::uint16_t count, std::uint8_t by) { fadeT
 void nscale8_video(CRGB* pixels, std::uint16_t count, std::uint8_t scale);
 void fadeLightBy(CRGB* pixels, std::uint16_t count, std::uint8_t by);
 inline void fade_video(CRGB* pixels, std::uint16_t count, std::uint8_t by) { fadeLightBy(pixels, count, by); }
-/// As through a glass of that colour.
+/// Looks as if seen through a glass of that colour.
 void fadeUsingColor(CRGB* pixels, std::uint16_t count, const CRGB& mask);
 
 /// So much of `more` in `color`: 0 changes nothing, 255 is `more`.

@@ -21,7 +21,7 @@ class Queue {
     Queue(std::size_t length, std::size_t item_bytes);
 
     bool send(const void* item, Ticks ticks, bool to_front = false);
-    /// A queue of one item: the one that is there is replaced.
+    /// In a queue of one item: replaces the item, if there is one.
     void overwrite(const void* item);
     /// `take`: it is gone then.
     bool receive(void* item, Ticks ticks, bool take = true);

@@ -68,7 +68,7 @@ class Core {
     }
 
   private:
-    /// From one decision to the next.
+    /// Goes from one decision to the next.
     void step() {
         const Decision decision = scheduler_.decide(now_);
         note(decision);

@@ -62,7 +62,7 @@ class Meter {
   public:
     Meter(const PinsServer& server, SharedSamples& latencies)
         : button_(server.layout().inputs[kButton.number]), latencies_(latencies) {}
-    /// From the next edge on.
+    /// Counts from the next edge on.
     void begin() { seen_ = button_.rising.load(std::memory_order_acquire); }
     [[nodiscard]] bool edge_came() const { return button_.rising.load(std::memory_order_acquire) != seen_; }
     void note(Instant now) {

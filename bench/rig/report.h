@@ -21,7 +21,7 @@ struct Report {
     Json guarantee;
     std::vector<Json> results;            ///< flat objects, all with the same keys
     std::vector<std::string> remarks;     ///< for people: verdicts, what could not be had
-    std::map<std::string, int> failures;  ///< "who: why", and how many runs ended so
+    std::map<std::string, int> failures;  ///< "who: why", and how many runs ended like this
 
     void add_failure(const std::string& who, const std::string& why) { ++failures[who + ": " + why]; }
 };

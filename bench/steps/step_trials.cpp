@@ -41,7 +41,7 @@ constexpr int kNumbers = 7;  // that a trial reports
 PinId step_pin(int axis) { return PinId{static_cast<std::uint16_t>(2 + 4 * axis)}; }
 PinId direction_pin(int axis) { return PinId{static_cast<std::uint16_t>(3 + 4 * axis)}; }
 
-/// As the sketch's: through the board's seam.
+/// Goes through the board's seam, as the sketch's does.
 class StepperPins {
   public:
     explicit StepperPins(board::Board& board) : board_(board) {}

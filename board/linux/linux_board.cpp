@@ -253,7 +253,7 @@ Result<void> LinuxBoard::make_threads(std::span<const VcpuSpec> specs) {
 }
 
 void LinuxBoard::hire_warden(std::span<const VcpuSpec> specs) {
-    // Above every loop, below the witness.
+    // The warden ranks above every loop, and below the witness.
     constexpr int kUsualPriority = 88;
     if (!config_.enforce_budgets || !config_.warden || std::ranges::all_of(specs, &VcpuSpec::owns_core))
         return;

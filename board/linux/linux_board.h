@@ -144,9 +144,9 @@ class LinuxBoard final : public Board {
     Result<void> route_interrupts(DeviceClass device, int core, bool allowed) override {
         return cores_.route_interrupts(device, core, allowed);
     }
-    /// The tick of a core stops by itself while its owner runs alone, if the kernel was booted so.
-    /// Error: unsupported (not booted with nohz_full for this core); for `enabled` on such a core
-    /// as well.
+    /// The tick of a core stops by itself while its owner runs alone, if the kernel was booted for
+    /// it. Error: unsupported (not booted with nohz_full for this core); for `enabled` on such a
+    /// core as well.
     Result<void> core_timer(int core, bool enabled) override { return cores_.core_timer(core, enabled); }
     [[nodiscard]] Instant handler_came() const override {
         const VcpuId io = current_vcpu();

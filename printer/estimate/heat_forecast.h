@@ -40,7 +40,7 @@ class HeatForecast {
     /// 0 once too much has been played.
     [[nodiscard]] double wait(gcode::Heater heater, Celsius target, gcode::WaitFor direction);
 
-    /// At the sensor.
+    /// What the sensor would read now.
     [[nodiscard]] Celsius reading(gcode::Heater heater) const;
 
     /// A wait is given up after so long.

@@ -38,7 +38,7 @@ class LayerFinder {
         commented,  ///< one that a comment has begun
         risen,      ///< one that nothing but its Z tells
     };
-    /// An extrusion that ends at `z_mm`, of the machine.
+    /// An extrusion has ended at `z_mm`, in the machine's coordinates.
     Found on_extrusion(double z_mm);
 
     /// Layers with an extrusion in them.

@@ -23,7 +23,7 @@ class Objects {
   public:
     static constexpr std::size_t kExcludedMax = 1024;
 
-    /// As a new one.
+    /// Makes it as new: no object is excluded, and none has begun.
     void reset() {
         excluded_.clear();
         changes_ = 0;

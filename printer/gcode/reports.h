@@ -29,7 +29,7 @@ struct FirmwareReport {
     bool emergency_parser = true;
 };
 
-/// By the printer's own estimate.
+/// The printer's own estimate says both.
 struct PrintProgress {
     Seconds passed;
     Seconds remaining;

@@ -73,7 +73,7 @@ class Heating {
 
     // ---- loop 1: the heaters' numbers -----------------------------------------------------------
 
-    /// In force from loop 3's next sample on.
+    /// Takes effect with loop 3's next sample.
     void change(gcode::Heater heater, const gcode::HeaterChange& change);
     [[nodiscard]] const HeaterSettings& settings(gcode::Heater heater) const {
         return heater == gcode::Heater::bed ? targets_.bed_settings : targets_.hot_end_settings;
@@ -82,9 +82,9 @@ class Heating {
     [[nodiscard]] link::KeptHeat keep_settings();
     /// As of the last keep_settings(), whose number it has, or of the start.
     [[nodiscard]] const link::KeptHeat& kept_settings() const { return kept_settings_; }
-    /// Back to those that are kept: of the last keep_settings(), or of the start.
+    /// Restores those that the last keep_settings() kept, or else those of the start.
     void restore_settings() { take_settings(kept_settings_.hot_end, kept_settings_.bed); }
-    /// To the machine file's. What is kept stays kept.
+    /// Restores the machine file's. What is kept stays kept.
     void take_factory_settings() {
         take_settings(factory_settings_of(config_.hot_end), factory_settings_of(config_.bed));
     }

@@ -65,7 +65,7 @@ class JobRun {
     [[nodiscard]] bool take_arrival();
 
     /// A typed line has changed which objects are left out of the lines to come, or how much
-    /// filament they take. `left_mm`: of the line in hand, what it still had to lay down before.
+    /// filament they take. `left_mm`: what the line in hand still had to lay down before.
     void note_typed_object(std::string_view line, double left_mm);
 
     /// How it will have ended when everything is at rest.

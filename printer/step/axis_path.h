@@ -56,7 +56,7 @@ class AxisPath {
 
     [[nodiscard]] double start_s() const { return start_s_; }
     [[nodiscard]] double end_s() const { return end_s_; }
-    /// mm, of the time since start_s(), until end_s().
+    /// mm, as a polynomial in the time since start_s(); it holds until end_s().
     [[nodiscard]] const Polynomial& position() const { return position_; }
     /// The first piece that this still needs.
     [[nodiscard]] std::uint64_t oldest() const { return cursors_[copies_ - 1]; }

@@ -93,7 +93,7 @@ class CrossingSearch {
         const double speed = steps_.c[1];
         const double root = way_ * std::sqrt(std::max(speed * speed + 4 * steps_.c[2] * change, 0.0));
         if (speed * way_ < 0) return (root - speed) / (2 * steps_.c[2]);
-        // At rest on the very half-step: at once.
+        // A motor that rests on the very half-step crosses it at once.
         return speed + root != 0 ? 2 * change / (speed + root) : 0;
     }
     [[nodiscard]] double newton_root(double steps);

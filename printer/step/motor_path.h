@@ -50,7 +50,7 @@ class MotorPath {
 
     [[nodiscard]] double start_s() const { return start_s_; }
     [[nodiscard]] double end_s() const { return end_s_; }
-    /// Microsteps, of the time since start_s(), until end_s().
+    /// Microsteps, as a polynomial in the time since start_s(); it holds until end_s().
     [[nodiscard]] const Polynomial& steps() const { return steps_; }
     /// The first piece of the track that this still needs.
     [[nodiscard]] std::uint64_t oldest() const;

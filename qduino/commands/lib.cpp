@@ -88,7 +88,7 @@ Origin origin_of(const std::string& word) {
     return plain.ends_with(".zip") || fs::is_regular_file(word, failed) ? Origin::zip : Origin::index;
 }
 
-/// Installs `name`, or "name@version", and what it depends on, unless that is there.
+/// Installs `name`, or "name@version", and what it depends on, unless it is installed.
 Result<void> install_from_index(const LibraryStore& store, const std::string& word) {
     QDUINO_TRY_ASSIGN(const LibraryIndex index, fetch_index());
     const std::size_t at = std::min(word.find('@'), word.size());

@@ -7,7 +7,7 @@
 //   pin 13        ▔▔▔▔▔▔▔▔▔▔▔▔▔▁▁▁▁▁▁▁▁▁▁▁▁▁
 //                 0      50 ms     100 ms
 //
-// A row with more stretches than fit is drawn as shares: of each point of the axis, how much the
+// A row with more stretches than fit is drawn as shares: how much of each point of the axis the
 // VCPU ran, was throttled and waited. So the size of the page is bounded: about 2 MB at worst.
 // Colours are those of M. Okabe and K. Ito, "Color Universal Design" (2008), which colour-blind
 // people can tell apart; no meaning hangs on a colour alone. The style sheet has a dark form, too,

@@ -89,7 +89,7 @@ struct State {
     std::function<void(board::SpiSettings, std::span<std::uint8_t>)> spi_device = [](auto, auto) {};
     std::function<void()> while_sleeping = [] {};  ///< called at each sleep, after time has moved
     bool refuse_everything = false;                ///< what can be refused, is
-    /// In place of level_of, analog_of, chip and spi_device.
+    /// Stands in for level_of, analog_of, chip and spi_device; null: they hold.
     board::Peripherals* wires = nullptr;
 };
 

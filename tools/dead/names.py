@@ -1,6 +1,6 @@
 """Names in comments and pages that name nothing: files, sections, functions, flags, endpoints.
 
-    // … the heater watch (heat/watch.h)     no file's path ends so
+    // … the heater watch (heat/watch.h)     no file's path has this end
     // On the limits see DESIGN §6.           no page of that name, or none of its headings begins with 6
     /// `set_gains()` changes them.           no code has that word
     | `printd --quiet` |                      no program, script or build file has that flag

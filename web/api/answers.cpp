@@ -35,7 +35,7 @@ struct Answered {
     std::string_view word;
     int status;
 };
-/// In the order of ErrorCode.
+/// Ordered as ErrorCode is.
 constexpr std::array<Answered, 11> kErrors{{{"invalid_argument", 400},
                                             {"out_of_range", 422},
                                             {"not_found", 404},

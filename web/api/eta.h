@@ -24,7 +24,7 @@ struct Executed {
 };
 
 /// Seconds, not negative. `facts`: the job's; without a profile in them the bytes must do.
-/// `estimated_s` > 0: of a whole copy of `size` bytes.
+/// `estimated_s` > 0 is what a whole copy of `size` bytes takes.
 [[nodiscard]] double remaining_s(const nlohmann::ordered_json& facts, double estimated_s, std::uint64_t size,
                                  const Executed& executed);
 

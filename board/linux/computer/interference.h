@@ -89,7 +89,7 @@ struct InterferenceFigures {
     std::int64_t peak_ppm = 0;  ///< 0: no second pair
     Nanoseconds peak_burst{};
 
-    /// In the shortest window.
+    /// The most that comes in the shortest window.
     [[nodiscard]] Nanoseconds at_once() const { return peak_ppm > 0 ? std::min(burst, peak_burst) : burst; }
     constexpr bool operator==(const InterferenceFigures&) const = default;
 };

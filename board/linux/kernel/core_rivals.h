@@ -51,7 +51,7 @@ struct RivalSearch {
 [[nodiscard]] std::string who_took_the_core_of(board::VcpuId vcpu, const PinsLayout& layout, pid_t sketch,
                                                const std::string& root = "");
 
-/// The same for all loops of that sketch: of the first of their cores that such a task has.
+/// The same for the first core of that sketch's loops that such a task has.
 [[nodiscard]] std::string who_took_a_core_of(const PinsLayout& layout, pid_t sketch,
                                              const std::string& root = "");
 

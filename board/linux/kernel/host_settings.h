@@ -15,7 +15,7 @@
 // `qduino restore` or the next start undoes it.
 //
 // Invariant: every change is in the file, at every instant. (A line in the file may not have been
-// carried out yet. To undo it then writes the value that is there already.)
+// carried out yet. To undo it then writes the value that it has anyway.)
 #pragma once
 
 #include <sys/types.h>

@@ -28,9 +28,9 @@ class MemoryFolder {
     /// Removes it, when this process made it.
     ~MemoryFolder();
 
-    /// Makes a new folder below `parent`, of this process's user. The group `users` may go through
-    /// it, and neither read nor write it: what it may use in there is given to it file by file. The
-    /// error is the kernel's.
+    /// Makes a new folder below `parent`; this process's user owns it. The group `users` may go
+    /// through it, and neither read nor write it: what it may use in there is given to it file by
+    /// file. The error is the kernel's.
     [[nodiscard]] static Result<MemoryFolder> make(const std::filesystem::path& parent,
                                                    std::optional<gid_t> users = std::nullopt);
     /// Removes the folders that killed printers left below `parent`, and returns how many. Leaves

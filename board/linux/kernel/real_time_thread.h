@@ -1,4 +1,4 @@
-// What a thread needs to be real-time on stock Linux: a core, a priority, memory that is there, a
+// What a thread needs to be real-time on stock Linux: a core, a priority, memory that is in RAM, a
 // name.
 //
 // Each call does one thing to the calling thread and returns whether it worked. A refusal becomes a

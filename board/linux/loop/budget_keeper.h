@@ -102,7 +102,7 @@ class BudgetKeeper {
     /// How often the budget was spent and the thread slept for it.
     [[nodiscard]] std::uint64_t throttled() const { return host_.throttled; }
     /// CPU time that was charged beyond the end of the budget, before the timer could stop the
-    /// thread: of the host, of interrupts, or of a long system call of its own. Any thread.
+    /// thread. The host, interrupts, or a long system call of its own took it. Any thread may ask.
     [[nodiscard]] Nanoseconds beyond() const {
         return Nanoseconds{host_.beyond_ns.load(std::memory_order_relaxed)};
     }

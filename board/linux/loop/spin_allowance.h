@@ -27,7 +27,7 @@ class SpinAllowance {
   public:
     SpinAllowance() = default;  ///< for a core of its own: never sleeps
 
-    /// `share`: of the time, how much the thread may run: 0…1; 1: all of it.
+    /// The thread may run for `share` of the time: 0…1; 1 is all of it.
     SpinAllowance(double share, Instant now) : share_(share), seen_(now) {}
 
     [[nodiscard]] bool limited() const { return share_ < 1; }

@@ -64,8 +64,7 @@ class Strangers {
         virtual VcpuId charge(int priority, int core, Nanoseconds used) = 0;
     };
 
-    /// The threads that are there now are known, however they got there. `grows`: there may be
-    /// more.
+    /// All threads of this instant count as known, whoever made them. `grows`: more may come.
     void open(pid_t sketch, bool grows, WardenFindings& findings, Wards& wards);
     [[nodiscard]] Instant next_look() const { return next_look_; }
     void look(Instant now);

@@ -89,7 +89,7 @@ class I2cDriver {
         return make_error(ErrorCode::unsupported, "this I2C bus is connected to nothing");
     }
 };
-/// As above.
+/// This class, too, is the bus that is connected to nothing.
 class SpiDriver {
   public:
     virtual ~SpiDriver() = default;

@@ -25,7 +25,7 @@ class PinWriter {
         slot_ = &file.layout().writers[static_cast<std::size_t>(writer)];
         slot_->writing.store(0);
         wide_ ? ring_.as<WideRing>()->adopt_writer() : ring_.as<NarrowRing>()->adopt_writer();
-        // Before any clock reading of this writer.
+        // This comes before any clock reading of this writer.
         slot_->in_use.store(1u + vcpu, std::memory_order_release);
         return {};
     }
@@ -36,7 +36,7 @@ class PinWriter {
     void rehearse() { push({}, kNoPin, 0); }
 
     void write_level(PinId pin, Level level) { write_levels({&pin, 1}, level); }
-    /// At one instant.
+    /// All pins change at one instant.
     void write_levels(std::span<const PinId> pins, Level level) {
         push({.kind = PinEventKind::level, .level = level}, pins);
     }

@@ -22,7 +22,7 @@ class PinsFile {
     /// Makes a fresh file and renames it over `path`. For the machine. Error: unavailable when
     /// another machine lives on `path`; or the system's.
     static Result<PinsFile> create(const std::string& path);
-    /// The same in memory that is there, from `offset` of the device `path` on (/dev/mem): as many
+    /// The same in existing memory, from `offset` of the device `path` on (/dev/mem): as many
     /// rings as a board without Linux has writers. What was in it is gone. Error: as create().
     static Result<PinsFile> create_in(const std::string& path, std::size_t offset);
     /// Opens an existing file in a role. Error: not_found (no machine has made it), corrupt (not

@@ -44,9 +44,9 @@ ADAPTED = [
     (r"tools/check_format.sh --fix", lambda: "test -x tools/check_format.sh"),  # changes the tree; a test runs it without --fix
     # The programs are built; not into the system's folders.
     (r"\./install", lambda: "./install --no-build --prefix \"$HOME/.local\""),
-    # Until Ctrl-C.
+    # Ctrl-C ends it.
     (r"qduino run", lambda: "timeout --signal=INT 4 qduino run; [ $? -eq 124 ]"),
-    # Until Ctrl-C; and the sketch that was uploaded is not left behind.
+    # Ctrl-C ends it, and the sketch that was uploaded is not left behind.
     (r"qduino monitor", lambda: "timeout --signal=INT 4 qduino monitor; ended=$?; qduino upload --stop && [ $ended -eq 124 ]"),
     (r"(qduino monitor --tty \S+)", lambda command: "until_said 'Serial is' " + command),
     # A program of the reader's at that port: tests/e2e/qduino/upload_test.py opens it as it does.

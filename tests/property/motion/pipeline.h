@@ -31,7 +31,7 @@ struct Pipeline {
             solve();
         }
     }
-    /// To a standstill, and everything out.
+    /// Plans to a standstill, and takes everything out.
     void finish() {
         planner->flush();
         pump();

@@ -234,7 +234,7 @@ class KeptThread {
     }
     /// How far a thread may run ahead of its tokens for other reasons than a lock.
     [[nodiscard]] std::int64_t slack() const { return dawdled_ + 2 * shape_.way; }
-    /// In a tick of the thread's own.
+    /// Called in each tick of the thread's own.
     void check_run() {
         const std::int64_t lent = static_cast<std::int64_t>(lent_.size());
         if (locks_ == 0 && lent > slack()) break_rule("ran on without budget");

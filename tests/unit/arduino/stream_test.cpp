@@ -10,7 +10,7 @@
 namespace stream_test {
 namespace {
 
-/// Bytes that are there from their instant on.
+/// Each byte has come from its instant on.
 class TimedStream : public Stream {
   public:
     void arrive(const std::string& text, int at_ms = 0, int apart_ms = 0) {

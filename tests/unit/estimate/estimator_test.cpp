@@ -25,7 +25,7 @@ double time_of(const Estimate& estimate, Activity activity) {
     return estimate.activity_s[static_cast<std::size_t>(activity)];
 }
 
-/// From rest to rest.
+/// What a move from rest to rest takes.
 double trapezoid_s(double length_mm, double speed_mm_s, double acceleration_mm_s2) {
     return length_mm / speed_mm_s + speed_mm_s / acceleration_mm_s2;
 }

@@ -26,7 +26,7 @@ namespace qduino::board::linux::test {
 
 class ForeignSpinner {
   public:
-    /// `tasks_file`: of the cpuset that it enters first; empty: it stays where it is.
+    /// It enters the cpuset of `tasks_file` first; empty: it stays where it is.
     ForeignSpinner(int core, int priority, Nanoseconds length, const std::string& tasks_file = "") {
         if (core <= 0 || ::pipe(ends_.data()) != 0) return;
         const pid_t parent = ::getpid();

@@ -109,8 +109,7 @@ TEST(VirtualPins, ARehearsedWriteIsNeverSeenNorLost) {
     EXPECT_EQ(ends.pins.lost_edges(), 0u);
 }
 
-/// As beside Linux: the pins are in memory that is there already, at an address, with whatever was
-/// in it.
+/// As beside Linux: the pins are in existing memory, at an address, with whatever was in it.
 TEST(VirtualPins, MayLieInTheMiddleOfADevice) {
     constexpr std::size_t kAt = 3 * kPinsPage;
     TemporaryPins device;

@@ -10,7 +10,7 @@ class ClockedScale {
     void wait_ready() {
         while (!is_ready()) delay(1);
     }
-    /// From the next reading but one on.
+    /// Holds from the next reading but one on.
     void set_gain(byte gain);
     long read();
     long read_average(byte times = 10);
