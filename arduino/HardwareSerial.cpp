@@ -2,6 +2,7 @@
 
 #include "arduino/core/diagnostics.h"
 #include "arduino/core/host_question.h"
+#include "arduino/core/loops.h"
 #include "base/text.h"
 #include "board/board.h"
 
@@ -91,6 +92,10 @@ void HardwareSerial::hold_output(bool held) {
 
 void qduino::arduino::settle_console(int ms) { Serial.settle(ms); }
 void qduino::arduino::hold_console(bool held) { Serial.hold_output(held); }
+void qduino::arduino::run_serial_event(void (*handler)()) {
+    if (Serial.available() > 0) handler();
+}
+
 const char* qduino::arduino::console_lost() { return Serial.lost(); }
 
 void HardwareSerial::describe_waits(std::string& notes) const {

@@ -15,7 +15,7 @@
 
 #include "apps/metal_printer/memory_spool.h"
 #include "apps/metal_printer/memory_upload.h"
-#include "arduino/core/socket.h"
+#include "arduino/libraries/network/socket.h"
 #include "web/door.h"
 #include "web/request_reader.h"
 #include "web/static_files.h"

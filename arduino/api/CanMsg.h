@@ -1,4 +1,4 @@
 // ArduinoCore-API's name of CanMsg.h.
 #pragma once
 
-#include "arduino/CanMsg.h"
+#include "arduino/libraries/CAN/CanMsg.h"

@@ -1,4 +1,4 @@
 // ArduinoCore-API's name of CanMsgRingbuffer.h.
 #pragma once
 
-#include "arduino/CanMsgRingbuffer.h"
+#include "arduino/libraries/CAN/CanMsgRingbuffer.h"

@@ -1,4 +1,4 @@
 // ArduinoCore-API's name of Client.h.
 #pragma once
 
-#include "arduino/Client.h"
+#include "arduino/libraries/network/Client.h"

@@ -1,4 +1,4 @@
 // ArduinoCore-API's name of HardwareCAN.h.
 #pragma once
 
-#include "arduino/HardwareCAN.h"
+#include "arduino/libraries/CAN/HardwareCAN.h"

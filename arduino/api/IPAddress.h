@@ -1,4 +1,4 @@
 // ArduinoCore-API's name of IPAddress.h.
 #pragma once
 
-#include "arduino/IPAddress.h"
+#include "arduino/libraries/network/IPAddress.h"

@@ -1,4 +1,4 @@
 // ArduinoCore-API's name of PluggableUSB.h.
 #pragma once
 
-#include "arduino/PluggableUSB.h"
+#include "arduino/libraries/hid/PluggableUSB.h"

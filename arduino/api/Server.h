@@ -1,4 +1,4 @@
 // ArduinoCore-API's name of Server.h.
 #pragma once
 
-#include "arduino/Server.h"
+#include "arduino/libraries/network/Server.h"

@@ -1,4 +1,4 @@
 // ArduinoCore-API's name of USBAPI.h.
 #pragma once
 
-#include "arduino/USBAPI.h"
+#include "arduino/libraries/hid/USBAPI.h"

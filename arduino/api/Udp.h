@@ -1,4 +1,4 @@
 // ArduinoCore-API's name of Udp.h.
 #pragma once
 
-#include "arduino/Udp.h"
+#include "arduino/libraries/network/Udp.h"

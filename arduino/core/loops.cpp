@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "arduino/HardwareSerial.h"
 #include "arduino/core/diagnostics.h"
 #include "board/board.h"
 
@@ -18,7 +17,7 @@ void (*classic_serial_event)() = nullptr;
 
 void run_classic_loop() {
     classic_loop();
-    if (classic_serial_event && Serial.available() > 0) classic_serial_event();
+    if (classic_serial_event) run_serial_event(classic_serial_event);
 }
 
 /// What the constructors of static objects asked of a board that was not there yet comes first.

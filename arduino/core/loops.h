@@ -59,6 +59,10 @@ struct SketchRegistration {
     SketchRegistration(void (*setup)(), void (*loop)(), void (*serial_event)(), const char* file);
 };
 
+/// Calls `handler`, the sketch's serialEvent(), if Serial has something to read. The language has
+/// it (HardwareSerial.cpp): this room knows no port.
+void run_serial_event(void (*handler)());
+
 /// Enters a loop that setup() makes, on any core. Its budget comes back whole at each release, so
 /// it may sleep where it likes (sched::Vcpu::deferrable). Returns its id; 0: it is not setup() that
 /// calls, or the table is full.

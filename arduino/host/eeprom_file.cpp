@@ -1,4 +1,5 @@
-#include "arduino/host/eeprom_file.h"
+// The EEPROM in a file of the host.
+#include "arduino/libraries/EEPROM/eeprom_file.h"
 
 #include <fcntl.h>
 #include <sys/mman.h>
@@ -7,10 +8,11 @@
 
 #include <array>
 
+#include "arduino/host/state_path.h"
 #include "posix/system_error.h"
 #include "posix/unique_fd.h"
 
-namespace qduino::arduino::host {
+namespace qduino::arduino {
 
 namespace {
 
@@ -36,7 +38,8 @@ bool fill_up(int descriptor, std::size_t size) {
 
 }  // namespace
 
-Result<std::span<std::uint8_t>> map_eeprom(const std::string& path, std::size_t size) {
+Result<std::span<std::uint8_t>> map_eeprom(const std::string& asked, std::size_t size) {
+    const std::string path = asked.empty() ? host::state_path("QDUINO_EEPROM", ".eeprom") : asked;
     const posix::UniqueFd file{open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644)};
     if (!file.valid() || !fill_up(file.get(), size)) return file_error(path);
     void* memory = mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_SHARED, file.get(), 0);
@@ -49,4 +52,4 @@ Result<void> sync_eeprom(std::span<std::uint8_t> bytes) {
     return {};
 }
 
-}  // namespace qduino::arduino::host
+}  // namespace qduino::arduino

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "arduino/core/interface.h"
+#include "arduino/libraries/network/interface.h"
 #include "base/parts.h"
 #include "base/whole_number.h"
 #include "posix/small_file.h"

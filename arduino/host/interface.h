@@ -1,4 +1,5 @@
-// The network interface of a host with Linux: what its files tell (core/interface.h).
+// The network interface of a host with Linux: what its files tell
+// (arduino/libraries/network/interface.h).
 #pragma once
 
 #include <cstdint>

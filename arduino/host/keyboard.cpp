@@ -2,9 +2,9 @@
 #include <algorithm>
 #include <string_view>
 
-#include "arduino/Keyboard.h"
-#include "arduino/Mouse.h"
 #include "arduino/host/hid_gadget.h"
+#include "arduino/libraries/hid/Keyboard.h"
+#include "arduino/libraries/hid/Mouse.h"
 
 using qduino::arduino::host::HidGadget;
 

@@ -6,10 +6,10 @@
 #include <filesystem>
 #include <vector>
 
-#include "arduino/SD.h"
 #include "arduino/core/diagnostics.h"
 #include "arduino/core/host_question.h"
 #include "arduino/host/state_path.h"
+#include "arduino/libraries/SD/SD.h"
 #include "posix/unique_fd.h"
 
 namespace fs = std::filesystem;

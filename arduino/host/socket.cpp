@@ -9,7 +9,7 @@
 #include <cerrno>
 #include <cstring>
 
-#include "arduino/core/socket.h"
+#include "arduino/libraries/network/socket.h"
 #include "posix/system_error.h"
 #include "posix/unique_fd.h"
 

@@ -8,9 +8,9 @@
 #include <cstdlib>
 #include <cstring>
 
-#include "arduino/Arduino_CAN.h"
 #include "arduino/core/diagnostics.h"
 #include "arduino/core/host_question.h"
+#include "arduino/libraries/CAN/Arduino_CAN.h"
 #include "posix/system_error.h"
 
 // Last: it has macros with the names of CanMsg's constants.

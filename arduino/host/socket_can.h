@@ -6,7 +6,7 @@
 
 #include <string>
 
-#include "arduino/HardwareCAN.h"
+#include "arduino/libraries/CAN/HardwareCAN.h"
 #include "base/result.h"
 #include "posix/unique_fd.h"
 

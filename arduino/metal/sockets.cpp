@@ -1,9 +1,9 @@
 // The network of sketches on a machine without an operating system: lwIP's (board/metal/net).
 #include <utility>
 
-#include "arduino/IPAddress.h"
-#include "arduino/core/interface.h"
-#include "arduino/core/socket.h"
+#include "arduino/libraries/network/IPAddress.h"
+#include "arduino/libraries/network/interface.h"
+#include "arduino/libraries/network/socket.h"
 #include "board/board.h"
 #include "board/metal/net/network.h"
 #include "board/metal/net/tcp_sockets.h"

@@ -8,8 +8,8 @@ import re
 import sys
 
 ROOMS = ("base", "sched", "board", "runtime", "arduino")
-# What is a system's stays on Linux: files, sockets, a terminal.
-LINUX_ALONE = re.compile(r"arduino/EEPROM\.cpp|arduino/host/\w+\.cpp")
+# What is a system's stays on Linux: files, sockets, a terminal. An image has a half of its own.
+LINUX_ALONE, METAL_ALONE = re.compile(r"arduino/host/\w+\.cpp"), re.compile(r"arduino/metal/\w+\.cpp")
 # How the C++ library is told that it has no system; the version's number, which both have.
 MACROS_ASIDE = re.compile(r"_GLIBCXX_EXTERN_TEMPLATE=.*|QDUINO_VERSION=.*")
 
@@ -25,11 +25,9 @@ def compiled(build):
     root = build.resolve().parents[1]
     worlds = {"linux": {}, "metal": {}}
     for entry in json.loads((build / "compile_commands.json").read_text()):
-        target = re.search(r" -o (\S+?)\.dir/", entry["command"])
-        if not target:
-            continue
-        world = {**{f"{room}/CMakeFiles/qduino_{room}": "linux" for room in ROOMS}, "apps/metal/CMakeFiles/qduino_metal_program": "metal"}
-        if target[1] not in world:
+        target = re.search(r" -o (?:\S*/)?CMakeFiles/(\w+)\.dir/", entry["command"])
+        world = {**{f"qduino_{room}": "linux" for room in ROOMS}, "qduino_metal_program": "metal"}
+        if not target or target[1] not in world:
             continue
         macros = {macro for macro in re.findall(r" -D(\S+)", entry["command"]) if not MACROS_ASIDE.fullmatch(macro)}
         for source in sources_of(pathlib.Path(entry["file"])):
@@ -41,7 +39,7 @@ def compiled(build):
 
 def differences(linux, metal):
     for name in sorted(set(linux) ^ set(metal)):
-        if not (name in linux and LINUX_ALONE.fullmatch(name)):
+        if not (LINUX_ALONE if name in linux else METAL_ALONE).fullmatch(name):
             yield f"{name}: {'Linux' if name in linux else 'an image'} alone has it"
     for name in sorted(set(linux) & set(metal)):
         if linux[name] != metal[name]:

@@ -56,9 +56,10 @@ class Reach:
     def read_includes(self):
         """path → all files that stand with it in a translation unit."""
         ours = set(self.paths)
+        by_name = {p.rpartition("/")[2]: p for p in self.paths if re.fullmatch(r"arduino/(libraries/\w+/)?[^/]+", p)}
         included = {p: {i for i in re.findall(r'^\s*#\s*include\s+"([^"]+)"', self.tree.text(p), re.M) if i in ours}
                     | {str(beside) for i in re.findall(r'^\s*#\s*include\s+["<]([^">/]+)[">]', self.tree.text(p), re.M)
-                       for beside in (p.rpartition("/")[0] + "/" + i, "arduino/" + i) if beside in ours} for p in self.paths}
+                       for beside in (p.rpartition("/")[0] + "/" + i, by_name.get(i)) if beside in ours} for p in self.paths}
         seen_with = collections.defaultdict(set)
         for unit in (p for p in self.paths if not p.endswith(".h")):
             unit_files, waiting = set(), [unit]

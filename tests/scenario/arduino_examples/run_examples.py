@@ -80,7 +80,8 @@ def examples_folder():
 
 
 def includes(source, work):
-    return [f'-I{work / "precompiled"}', f'-I{source}', f'-I{source / "arduino"}']
+    folders = [work / 'precompiled', source, source / 'arduino', *sorted((source / 'arduino/libraries').iterdir())]
+    return [f'-I{folder}' for folder in folders]
 
 
 def prepare(compiler, source, work, flags):
@@ -89,7 +90,7 @@ def prepare(compiler, source, work, flags):
     target.parent.mkdir(parents=True, exist_ok=True)
     if 'clang' in subprocess.run([compiler, '--version'], capture_output=True, text=True, check=True).stdout:
         return  # takes precompiled headers another way; it does without
-    subprocess.run([compiler, *COMPILE, *flags, f'-I{source}', f'-I{source / "arduino"}', '-x', 'c++-header',
+    subprocess.run([compiler, *COMPILE, *flags, *includes(source, work), '-x', 'c++-header',
                     source / 'arduino/Arduino.h', '-o', target], check=True)
 
 

@@ -9,7 +9,7 @@
 #include "arduino/core/interrupts.h"
 #include "arduino/core/releases.h"
 #include "arduino/core/timing.h"
-#include "arduino/freertos/objects.h"
+#include "arduino/libraries/FreeRTOS/freertos/objects.h"
 #include "tests/scenario/guarantee/sketch_bench.h"
 
 namespace qduino::guarantee::beside_the_model_test {

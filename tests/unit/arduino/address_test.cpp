@@ -1,11 +1,11 @@
 // IPAddress, of both kinds. The system's own parser and writer are the oracles.
-#include "arduino/IPAddress.h"
+#include "arduino/libraries/network/IPAddress.h"
 
 #include <arpa/inet.h>
 
 #include <random>
 
-#include "arduino/Ethernet.h"
+#include "arduino/libraries/network/Ethernet.h"
 #include "tests/unit/arduino/arduino_fixture.h"
 
 namespace address_test {

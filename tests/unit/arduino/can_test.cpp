@@ -9,9 +9,9 @@
 #include <deque>
 #include <random>
 
-#include "arduino/Arduino_CAN.h"
 #include "arduino/RingBuffer.h"
 #include "arduino/host/socket_can.h"
+#include "arduino/libraries/CAN/Arduino_CAN.h"
 #include "tests/unit/arduino/arduino_fixture.h"
 
 namespace can_test {

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "arduino/SD.h"
+#include "arduino/libraries/SD/SD.h"
 #include "tests/unit/arduino/arduino_fixture.h"
 
 namespace card_test {

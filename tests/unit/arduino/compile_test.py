@@ -18,6 +18,9 @@ sys.modules['ino_to_cpp'] = ino_to_cpp
 spec.loader.exec_module(ino_to_cpp)
 
 
+INCLUDES = [f'-I{folder}' for folder in (SOURCE, SOURCE / 'arduino', *sorted((SOURCE / 'arduino/libraries').iterdir()))]
+
+
 class Compiling(unittest.TestCase):
     def compile(self, text):
         """(ok, messages) of a sketch."""
@@ -28,7 +31,7 @@ class Compiling(unittest.TestCase):
             cpp = folder / 'bad.cpp'
             subprocess.run([sys.executable, SOURCE / 'tools/ino/ino_to_cpp.py', folder, '-o', cpp], check=True)
             done = subprocess.run([COMPILER, '-std=c++20', '-Wall', '-Wextra', '-Wpedantic', '-Wshadow', '-Werror', '-fsyntax-only',
-                                   f'-I{SOURCE}', f'-I{SOURCE}/arduino', cpp], capture_output=True, text=True)
+                                   *INCLUDES, cpp], capture_output=True, text=True)
             return done.returncode == 0, done.stderr
 
     def refused(self, text, *expected):
@@ -62,7 +65,7 @@ class Compiling(unittest.TestCase):
 
             def said(text):
                 source.write_text(text)
-                return subprocess.run([COMPILER, '-std=c++20', '-fsyntax-only', f'-I{SOURCE}', f'-I{SOURCE}/arduino', f'-I{library}', source],
+                return subprocess.run([COMPILER, '-std=c++20', '-fsyntax-only', *INCLUDES, f'-I{library}', source],
                                       capture_output=True, text=True).stderr
             for name in ('queue', 'timers', 'task', 'semphr', 'event_groups'):
                 self.assertIn(f'{name}.h: No such file', said(f'#include <{name}.h>\n'))

@@ -1,7 +1,7 @@
 // FastLED.h. The sums were recorded from FastLED's own formulas, as its repository has them for
 // processors other than the AVR (version 3.10). What strips show is worked out by hand from its
 // documentation, and the bytes with a clock from the chips' data sheets.
-#include "arduino/lib8tion.h"
+#include "arduino/libraries/FastLED/lib8tion.h"
 #include "tests/unit/arduino/strip_fixture.h"
 
 namespace fastled_test {

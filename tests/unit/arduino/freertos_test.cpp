@@ -4,12 +4,12 @@
 #include <string>
 #include <vector>
 
-#include "arduino/Arduino_FreeRTOS.h"
 #include "arduino/core/diagnostics.h"
-#include "arduino/event_groups.h"
-#include "arduino/queue.h"
-#include "arduino/semphr.h"
-#include "arduino/timers.h"
+#include "arduino/libraries/FreeRTOS/Arduino_FreeRTOS.h"
+#include "arduino/libraries/FreeRTOS/event_groups.h"
+#include "arduino/libraries/FreeRTOS/queue.h"
+#include "arduino/libraries/FreeRTOS/semphr.h"
+#include "arduino/libraries/FreeRTOS/timers.h"
 #include "board/board.h"
 #include "board/peripherals.h"
 #include "board/sim/sim_board.h"

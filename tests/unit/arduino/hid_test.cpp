@@ -3,8 +3,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "arduino/Keyboard.h"
-#include "arduino/Mouse.h"
+#include "arduino/libraries/hid/Keyboard.h"
+#include "arduino/libraries/hid/Mouse.h"
 #include "posix/unique_fd.h"
 #include "tests/unit/arduino/arduino_fixture.h"
 

@@ -2,7 +2,7 @@
 #include <random>
 #include <vector>
 
-#include "arduino/IRremote.hpp"
+#include "arduino/libraries/IRremote/IRremote.hpp"
 #include "tests/unit/arduino/arduino_fixture.h"
 
 namespace infrared_test {

@@ -6,13 +6,13 @@
 #include <fstream>
 
 #include "arduino/Arduino.h"
-#include "arduino/CapacitiveSensor.h"
-#include "arduino/EEPROM.h"
-#include "arduino/Ethernet.h"
-#include "arduino/LiquidCrystal.h"
-#include "arduino/WiFi.h"
 #include "arduino/avr/eeprom.h"
 #include "arduino/host/interface.h"
+#include "arduino/libraries/CapacitiveSensor/CapacitiveSensor.h"
+#include "arduino/libraries/EEPROM/EEPROM.h"
+#include "arduino/libraries/LiquidCrystal/LiquidCrystal.h"
+#include "arduino/libraries/network/Ethernet.h"
+#include "arduino/libraries/network/WiFi.h"
 #include "tests/unit/arduino/arduino_fixture.h"
 
 namespace parts_test {

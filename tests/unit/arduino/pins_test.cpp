@@ -1,6 +1,6 @@
 // Pins, time, pulses, shift registers and tones, as edges on a virtual board.
 #include "arduino/Arduino.h"
-#include "arduino/Servo.h"
+#include "arduino/libraries/Servo/Servo.h"
 #include "tests/unit/arduino/arduino_fixture.h"
 
 using qduino::fake::levels_written;

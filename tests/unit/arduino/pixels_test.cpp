@@ -1,5 +1,5 @@
 // Adafruit_NeoPixel, against a strip that reads pulses as the chip does (device/ws2812_chip.h).
-#include "arduino/Adafruit_NeoPixel.h"
+#include "arduino/libraries/NeoPixel/Adafruit_NeoPixel.h"
 #include "tests/unit/arduino/strip_fixture.h"
 
 namespace pixels_test {

@@ -1,6 +1,6 @@
 // SoftwareSerial on the simulator: what is sent on one pin comes back on the other, at every speed;
 // and frames that are none.
-#include "arduino/SoftwareSerial.h"
+#include "arduino/libraries/SoftwareSerial/SoftwareSerial.h"
 
 #include <gtest/gtest.h>
 

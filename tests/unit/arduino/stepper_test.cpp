@@ -7,8 +7,8 @@
 #include <random>
 #include <vector>
 
-#include "arduino/FastAccelStepper.h"
 #include "arduino/core/loops.h"
+#include "arduino/libraries/FastAccelStepper/FastAccelStepper.h"
 #include "board/board.h"
 #include "board/peripherals.h"
 #include "board/sim/sim_board.h"

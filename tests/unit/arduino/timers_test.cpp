@@ -6,10 +6,10 @@
 
 #define USE_TIMER_2 true
 #include "arduino/Arduino.h"
-#include "arduino/ISR_Timer.h"
-#include "arduino/MsTimer2.h"
-#include "arduino/TimerInterrupt.h"
-#include "arduino/TimerOne.h"
+#include "arduino/libraries/timers/ISR_Timer.h"
+#include "arduino/libraries/timers/MsTimer2.h"
+#include "arduino/libraries/timers/TimerInterrupt.h"
+#include "arduino/libraries/timers/TimerOne.h"
 #include "board/board.h"
 #include "board/peripherals.h"
 #include "board/sim/sim_board.h"

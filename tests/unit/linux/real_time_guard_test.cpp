@@ -11,7 +11,6 @@
 #include <mutex>
 #include <string>
 
-#include "arduino/EEPROM.h"
 #include "arduino/HardwareSerial.h"
 #include "arduino/SPI.h"
 #include "arduino/WString.h"
@@ -22,6 +21,7 @@
 #include "arduino/core/releases.h"
 #include "arduino/core/timing.h"
 #include "arduino/host/serial_ports.h"
+#include "arduino/libraries/EEPROM/EEPROM.h"
 #include "board/linux/linux_board.h"
 #include "board/real_time_mark.h"
 #include "runtime/runtime.h"

@@ -1,4 +1,0 @@
-// The WiFi library keeps its UDP in a header of its own.
-#pragma once
-
-#include "arduino/WiFi.h"

@@ -1,0 +1,9 @@
+// FreeRTOS' queue.h behind Arduino_FreeRTOS.h. A library may have a header of
+// this name, too: without FreeRTOS before it, that one is meant, as on an AVR.
+#pragma once
+
+#if !defined(QDUINO_FREERTOS)
+#include_next <queue.h>
+#else
+#include "arduino/libraries/FreeRTOS/freertos/queue.h"
+#endif

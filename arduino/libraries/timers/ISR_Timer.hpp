@@ -1,0 +1,4 @@
+// ISR_Timer.h, as a sketch's further files name it.
+#pragma once
+
+#include "arduino/libraries/timers/ISR_Timer.h"

@@ -1,9 +1,0 @@
-// FreeRTOS' timers.h behind Arduino_FreeRTOS.h. A library may have a header of
-// this name, too: without FreeRTOS before it, that one is meant, as on an AVR.
-#pragma once
-
-#if !defined(QDUINO_FREERTOS)
-#include_next <timers.h>
-#else
-#include "arduino/freertos/timers.h"
-#endif
