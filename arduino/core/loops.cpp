@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "arduino/core/diagnostics.h"
+#include "base/fixed_vector.h"
 #include "board/board.h"
 
 namespace qduino::arduino {
@@ -10,7 +11,7 @@ namespace qduino::arduino {
 namespace {
 
 void (*sketch_setup)() = nullptr;
-void (*early_action)() = nullptr;
+constinit FixedVector<void (*)(), 8> early_actions;
 void (*classic_loop)() = nullptr;
 bool in_setup = false;
 void (*classic_serial_event)() = nullptr;
@@ -25,7 +26,7 @@ void run_setup() {
     board::hand_over_early_pins([](board::PinId pin, const Error& error) {
         report_error("a pin that a static object set", pin.number, error);
     });
-    if (early_action) early_action();
+    for (void (*const action)() : early_actions) action();
     in_setup = true;
     if (sketch_setup) sketch_setup();
     in_setup = false;
@@ -41,7 +42,9 @@ int lowest_free_id() {
 
 }  // namespace
 
-void before_setup(void (*action)()) { early_action = action; }
+void before_setup(void (*action)()) {
+    if (std::ranges::find(early_actions, action) == early_actions.end()) early_actions.push_back(action);
+}
 
 LoopRegistration::LoopRegistration(int id, Nanoseconds budget, Nanoseconds period, int core,
                                    Nanoseconds sleep, int sleeps, void (*body)(), const char* file,

@@ -68,7 +68,8 @@ void run_serial_event(void (*handler)());
 /// calls, or the table is full.
 board::VcpuId enter_loop_of_setup(Nanoseconds budget, Nanoseconds period, void (*body)(), const char* name);
 
-/// `action` is called just before setup(): for what a static object's constructor asked too early.
+/// `action` is called once, just before setup(): for what a static object's constructor asked too
+/// early. Contract: no more than eight different ones.
 void before_setup(void (*action)());
 
 inline constexpr Nanoseconds kClassicLoopBudget{80'000'000};

@@ -3,6 +3,7 @@
 #include <Arduino.h>
 #include <SPI.h>
 
+#include "arduino/core/loops.h"
 #include "tests/unit/arduino/on_sim_sketch.h"
 
 RingBuffer<int, 3> numbers;
@@ -10,6 +11,7 @@ std::vector<int> received;
 int chip_selects[2] = {10, 11};
 volatile int wheel_edges = 0;
 int level_of_wheel_before_setup = -1;
+int looks_before_setup = 0;
 
 namespace {
 
@@ -23,6 +25,7 @@ struct Wheel {
         pinMode(sensor, INPUT_PULLUP);
         level_of_wheel_before_setup = digitalRead(sensor);
         attachInterrupt(digitalPinToInterrupt(sensor), count_edge, CHANGE);
+        for (int twice = 0; twice < 2; ++twice) qduino::arduino::before_setup([] { ++looks_before_setup; });
     }
 } wheel(21, 20);
 

@@ -11,3 +11,4 @@ extern std::vector<int> received;
 extern int chip_selects[2];
 extern volatile int wheel_edges;
 extern int level_of_wheel_before_setup;
+extern int looks_before_setup;

@@ -105,6 +105,7 @@ TEST_F(ArduinoOnSim, ABusTransactionIsNotInterruptedByTheOtherLoops) {
 TEST_F(ArduinoOnSim, AStaticObjectsPinsAndInterruptHoldFromSetupOn) {
     EXPECT_EQ(level_of_wheel_before_setup, HIGH) << "of a pin with a pull-up";
     EXPECT_EQ(wires.lamp, "high");
+    EXPECT_EQ(looks_before_setup, 1) << "beside the interrupt that waits for setup()";
     EXPECT_GE(wheel_edges, 18);
     EXPECT_LE(wheel_edges, 20);
 }
