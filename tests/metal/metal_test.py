@@ -67,6 +67,17 @@ class Blink(unittest.TestCase):
         self.assertGreaterEqual(places[0], 0, words)
 
 
+class Eeprom(unittest.TestCase):
+    """tests/metal/eeprom: there is no file, and the sketch hears so once."""
+
+    def test_what_is_written_lasts_as_long_as_the_run(self):
+        run = Run(HERE / 'eeprom', '--for', '0.1')
+        self.assertEqual(run.status, 0, run.report)
+        lines = run.serial.replace('\r', '').split('\n')
+        self.assertEqual([line for line in lines if line.lstrip('-').isdigit()], ['-1', '1234'], run.serial)
+        self.assertEqual((run.serial + run.report).count('this board has no files'), 1, run.serial + run.report)
+
+
 class Kernel(unittest.TestCase):
     """tests/metal/kernel, which says what is on which pin."""
 
