@@ -44,6 +44,8 @@ CASES = [
          r"6\nearly 0\nbeats 5\nbits 6\nleft 0\nstate 2\nsum 3090\nnotified 42\n", 2),
     Case("Motors", "moves motors by a timer's hardware, with a list of the boards that have one", "FastAccelStepper",
          "`FastAccelStepper.h`: one loop makes the steps of six motors, at the instants of their ramps", r"1\n0\n1000\n-50\n", 5),
+    Case("Encoders", "reads the registers of its pins, with a list of the boards whose interrupts it knows", "Encoder",
+         "`Encoder.h`: a handler on its I/O VCPU looks at both pins at each edge", r"40\n25\n1004\n0\n"),
     Case("Sleep", "sleeps by the watchdog's registers until its time, or an interrupt", "Low-Power",
          "`LowPower.h`: the loop sleeps, and consumes no budget", r"woken (19\d|20[0-3])\nslept 200[0-2]\nidle 12[56]\n", 4),
     Case("AvrHeaders", "includes `avr/io.h`, `avr/interrupt.h`, `avr/wdt.h`, `avr/sleep.h`, `util/delay.h`, `util/atomic.h`, `util/crc16.h`",
