@@ -75,6 +75,23 @@ bool bears(const sched::PlatformOverheads& overheads, const sched::PlatformInter
                                [&](const sched::PlatformInterferer& each) { return each == interferer; });
 }
 
+Nanoseconds longest_period_of(const sched::CoreLoad& load) {
+    Nanoseconds longest{};
+    for (const sched::Vcpu& loop : load.mains) longest = std::max(longest, loop.period);
+    return longest;
+}
+
+/// The shortest period of a loop on the core: a bottom half works on behalf of that loop.
+Nanoseconds client_period(std::span<const sched::Vcpu> requests, const sched::MulticoreAdmission& admission,
+                          int core) {
+    Nanoseconds shortest{};
+    for (const sched::Vcpu& loop : requests) {
+        if (loop.is_io() || admission.core_of(loop.id) != core) continue;
+        if (shortest == Nanoseconds{0} || loop.period < shortest) shortest = loop.period;
+    }
+    return shortest;
+}
+
 /// Why a change that came while the loops run is not made.
 Error refused_change(const char* change, int core, const sched::Refusal& refusal) {
     if (sched::is_late(refusal.because)) {
@@ -408,12 +425,6 @@ Result<void> Plan::change_io(board::VcpuId id, sched::VcpuParameters parameters,
     return {};
 }
 
-Nanoseconds Plan::longest_period(const sched::CoreLoad& load) {
-    Nanoseconds longest{};
-    for (const sched::Vcpu& loop : load.mains) longest = std::max(longest, loop.period);
-    return longest;
-}
-
 /// A release that began before a change has met the interrupts of then, and meets those of now.
 Result<void> Plan::note_routed_away(Instant now) {
     for (std::size_t i = routed_away_.size(); i-- > 0;) {
@@ -424,7 +435,7 @@ Result<void> Plan::note_routed_away(Instant now) {
         const sched::CoreLoad& load = admission_->loads[i];
         for (const sched::PlatformInterferer& had : before_[i].overheads.interferers) {
             if (bears(asked_[i].overheads, had)) continue;
-            if (routed_away_.try_push_back({load.core, had, now + longest_period(load)})) continue;
+            if (routed_away_.try_push_back({load.core, had, now + longest_period_of(load)})) continue;
             while (routed_away_.size() > noted) routed_away_.pop_back();
             return make_error(ErrorCode::unavailable,
                               "too many changes within one release: call again later");
@@ -441,7 +452,7 @@ void Plan::note_lowered(const sched::CoreLoad& load, const sched::Vcpu& before, 
         noted = &lowered_.back();
     }
     const bool had_more = now < noted->until && has_more(noted->had, before.parameters());
-    *noted = {before.id, had_more ? noted->had : before.parameters(), now + longest_period(load)};
+    *noted = {before.id, had_more ? noted->had : before.parameters(), now + longest_period_of(load)};
 }
 
 void Plan::count_lowered(sched::CoreLoad& load, Instant now) const {
@@ -515,16 +526,6 @@ bool Plan::may_share(int core) const {
     return owner_of(core) == board::kNoVcpu && std::ranges::any_of(requests_, comes_here);
 }
 
-/// The shortest period of a loop on the core: a bottom half works on behalf of that loop.
-Nanoseconds Plan::client_period(int core) const {
-    Nanoseconds shortest{};
-    for (const sched::Vcpu& loop : requests_) {
-        if (loop.is_io() || admission_->core_of(loop.id) != core) continue;
-        if (shortest == Nanoseconds{0} || loop.period < shortest) shortest = loop.period;
-    }
-    return shortest;
-}
-
 std::vector<board::VcpuSpec> Plan::specs() const {
     std::vector<board::VcpuSpec> specs;
     for (const sched::Vcpu& request : requests_) {
@@ -532,7 +533,7 @@ std::vector<board::VcpuSpec> Plan::specs() const {
         // The core that it was put on; else it was refused, and runs all the same.
         spec.core = std::max({admission_->core_of(spec.id), spec.core, 0});
         spec.owns_core = owner_of(spec.core) == spec.id;
-        if (spec.is_io()) spec.client_period = client_period(spec.core);
+        if (spec.is_io()) spec.client_period = client_period(requests_, *admission_, spec.core);
         if (spec.is_io()) spec.overrun = sched::longest_overrun(sections_, spec.id);
         spec.requests = sched::requests_of(sections_, spec.id);
         specs.push_back(spec);

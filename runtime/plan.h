@@ -156,10 +156,8 @@ class Plan {
     void restore(const std::vector<Changeable>& from);
     /// Error: too many changes within one release.
     Result<void> note_routed_away(Instant now);
-    [[nodiscard]] static Nanoseconds longest_period(const sched::CoreLoad& load);
     void note_lowered(const sched::CoreLoad& load, const sched::Vcpu& before, Instant now);
     void count_lowered(sched::CoreLoad& load, Instant now) const;
-    [[nodiscard]] Nanoseconds client_period(int core) const;
 
     bool enforce_;
     bool too_many_sections_ = false;

@@ -30,6 +30,14 @@ constexpr std::uint64_t with_bit(std::uint64_t cores, int core, bool there) {
     return there ? cores | bit : cores & ~bit;
 }
 
+/// Records once how late this release began. It is called at the end of the release, so that
+/// nothing delays its first instruction.
+void record_latency(Loop& loop) {
+    if (loop.latency < Nanoseconds{0}) return;
+    loop.statistics.release_latency_ns.record(loop.latency.count());
+    loop.latency = Loop::kRecorded;
+}
+
 }  // namespace
 
 constinit Runtime* Runtime::current_ = nullptr;
@@ -275,14 +283,6 @@ void Runtime::begin_release(Loop& loop, const Release& release) {
     chains_begin(loop, now);
     loop.sleeps_before = board_.sleeps();
     board_.note_release(release.nominal);
-}
-
-/// Records once how late this release began. It is called at the end of the release, so that
-/// nothing delays its first instruction.
-void Runtime::record_latency(Loop& loop) {
-    if (loop.latency < Nanoseconds{0}) return;
-    loop.statistics.release_latency_ns.record(loop.latency.count());
-    loop.latency = Loop::kRecorded;
 }
 
 void Runtime::count_overrun(Loop& loop, const Release& release) {

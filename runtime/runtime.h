@@ -162,7 +162,6 @@ class Runtime {
     void promise_by_default(Loop& loop);
     void end_pass(Loop& loop);
     void begin_release(Loop& loop, const Release& release);
-    static void record_latency(Loop& loop);
     void count_overrun(Loop& loop, const Release& release);
     void wait_until(const Loop& loop, Instant t);
     static void run_handler(void* context);
