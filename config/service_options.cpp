@@ -1,8 +1,8 @@
 #include "config/service_options.h"
 
 #include "base/text.h"
-#include "web/certificate.h"
-#include "web/forwarded.h"
+#include "web/http/forwarded.h"
+#include "web/net/certificate.h"
 
 namespace qduino::apps {
 

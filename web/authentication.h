@@ -25,7 +25,7 @@
 #include "base/result.h"
 #include "base/time.h"
 #include "spool/store.h"
-#include "web/http.h"
+#include "web/http/http.h"
 
 namespace qduino::web {
 

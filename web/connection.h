@@ -29,7 +29,7 @@
 #include <span>
 #include <string>
 
-#include "web/request_reader.h"
+#include "web/http/request_reader.h"
 #include "web/service.h"
 
 namespace qduino::web {

@@ -19,12 +19,12 @@
 #include "spool/analyzer.h"
 #include "web/api/route.h"
 #include "web/authentication.h"
-#include "web/forwarded.h"
-#include "web/http.h"
+#include "web/http/forwarded.h"
+#include "web/http/http.h"
+#include "web/http/origin.h"
+#include "web/http/static_files.h"
 #include "web/live.h"
 #include "web/metrics.h"
-#include "web/origin.h"
-#include "web/static_files.h"
 #include "web/upload.h"
 
 namespace qduino::web {

@@ -21,8 +21,8 @@
 #include "base/result.h"
 #include "spool/analyzer.h"
 #include "spool/blob_store.h"
-#include "web/http.h"
-#include "web/multipart.h"
+#include "web/http/http.h"
+#include "web/http/multipart.h"
 
 namespace qduino::web {
 

@@ -24,7 +24,7 @@
 #include "rights/state_folder.h"
 #include "terminal/human.h"
 #include "terminal/message.h"
-#include "web/forwarded.h"
+#include "web/http/forwarded.h"
 
 namespace qduino::launcher {
 namespace {

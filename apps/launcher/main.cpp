@@ -13,8 +13,8 @@
 #include "board/linux/kernel/host_settings.h"
 #include "terminal/command_line.h"
 #include "terminal/program.h"
-#include "web/certificate.h"
-#include "web/forwarded.h"
+#include "web/http/forwarded.h"
+#include "web/net/certificate.h"
 
 namespace {
 

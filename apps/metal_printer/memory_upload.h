@@ -11,8 +11,8 @@
 
 #include "apps/metal_printer/memory_spool.h"
 #include "base/sha256.h"
-#include "web/http.h"
-#include "web/multipart.h"
+#include "web/http/http.h"
+#include "web/http/multipart.h"
 
 namespace qduino::apps::metal {
 

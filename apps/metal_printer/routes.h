@@ -5,7 +5,7 @@
 #include <string>
 
 #include "apps/metal_printer/memory_spool.h"
-#include "web/http.h"
+#include "web/http/http.h"
 
 namespace qduino::apps::metal {
 

@@ -7,7 +7,7 @@
 #include "base/text.h"
 #include "web/api/answers.h"
 #include "web/api/machine_json.h"
-#include "web/origin.h"
+#include "web/http/origin.h"
 
 namespace qduino::apps::metal {
 

@@ -16,15 +16,15 @@
 #include "apps/metal_printer/memory_spool.h"
 #include "apps/metal_printer/memory_upload.h"
 #include "arduino/libraries/network/socket.h"
-#include "web/door.h"
-#include "web/request_reader.h"
-#include "web/static_files.h"
+#include "web/http/door.h"
+#include "web/http/request_reader.h"
+#include "web/http/static_files.h"
 
 namespace qduino::apps::metal {
 
 class WebServer {
   public:
-    /// Those who have shown the key have places of their own (web/door.h).
+    /// Those who have shown the key have places of their own (web/http/door.h).
     static constexpr web::DoorLimits kPlaces{
         .strangers_max = 6, .strangers_of_address_max = 6, .known_max = 6};
     /// A connection that neither brings nor takes anything for so long goes.

@@ -34,8 +34,9 @@
 #include "rights/privileges.h"
 #include "spool/link_source.h"
 #include "spool/recovery.h"
+#include "web/net/server.h"
+#include "web/net/static_folder.h"
 #include "web/publisher.h"
-#include "web/server.h"
 
 namespace {
 
@@ -324,7 +325,7 @@ Result<void> serve(const printd::Options& options, const printer::MachineConfig&
     QDUINO_TRY_ASSIGN(auto sessions, spool->store().sessions());
     web::StaticFiles files;
     if (!options.ui.empty()) {
-        QDUINO_TRY_ASSIGN(files, web::StaticFiles::read(options.ui));
+        QDUINO_TRY_ASSIGN(files, web::read_static_folder(options.ui));
     }
     std::string network_address;  // set before anything is served
     web::api::Context context = context_of(*spool, machine, options.vcpu);

@@ -9,8 +9,8 @@
 #include <string>
 
 #include "base/result.h"
-#include "web/certificate.h"
-#include "web/tls.h"
+#include "web/net/certificate.h"
+#include "web/net/tls.h"
 
 namespace qduino::printd {
 

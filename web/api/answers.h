@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "base/result.h"
-#include "web/http.h"
+#include "web/http/http.h"
 
 namespace qduino::web::api {
 

@@ -8,7 +8,7 @@
 
 #include "spool/spool.h"
 #include "web/api/machine_json.h"
-#include "web/http.h"
+#include "web/http/http.h"
 
 namespace qduino::web::api {
 

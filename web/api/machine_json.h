@@ -9,7 +9,7 @@
 
 #include "printer/link/layout.h"
 #include "spool/job.h"
-#include "web/http.h"
+#include "web/http/http.h"
 
 /// A value that is not there is null.
 template <typename Value>

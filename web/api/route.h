@@ -18,7 +18,7 @@
 #include "printer/machine_config.h"
 #include "spool/spool.h"
 #include "web/api/answers.h"
-#include "web/http.h"
+#include "web/http/http.h"
 
 namespace qduino::web {
 class Authenticator;

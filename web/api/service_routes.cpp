@@ -9,7 +9,7 @@
 #include "web/api/json.h"
 #include "web/api/route.h"
 #include "web/authentication.h"
-#include "web/forwarded.h"
+#include "web/http/forwarded.h"
 #include "web/metrics.h"
 #include "web/qr_code.h"
 

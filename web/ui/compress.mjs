@@ -1,6 +1,6 @@
 // Puts app.js.gz and app.js.br beside each file of the built page that gets smaller by it. The
-// service only chooses among them (web/static_files.h), so it needs neither time nor a library for
-// compression.
+// service only chooses among them (web/http/static_files.h), so it needs neither time nor a library
+// for compression.
 //
 //   node compress.mjs [FOLDER]      default: dist
 import { readFileSync, readdirSync, statSync, writeFileSync } from 'node:fs';

@@ -7,7 +7,7 @@
 #include <string_view>
 
 #include "tests/fuzz/gcode/fuzz_check.h"
-#include "web/forwarded.h"
+#include "web/http/forwarded.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     using namespace qduino::web;

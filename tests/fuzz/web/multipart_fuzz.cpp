@@ -7,7 +7,7 @@
 #include <string>
 
 #include "tests/fuzz/gcode/fuzz_check.h"
-#include "web/multipart.h"
+#include "web/http/multipart.h"
 
 namespace {
 

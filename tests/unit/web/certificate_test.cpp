@@ -1,9 +1,9 @@
 // The service's own certificate: what it names, when it is made anew.
-#include "web/certificate.h"
+#include "web/net/certificate.h"
 
 #include <gtest/gtest.h>
 
-#include "web/tls.h"
+#include "web/net/tls.h"
 
 namespace qduino::web::certificate_test {
 namespace {

@@ -1,5 +1,5 @@
 // Accept-Encoding and If-None-Match, as RFC 9110 has them.
-#include "web/content_coding.h"
+#include "web/http/content_coding.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // Which connection leaves a full service. Random visits against a naive oracle: a list, searched
 // from end to end.
-#include "web/door.h"
+#include "web/http/door.h"
 
 #include <gtest/gtest.h>
 

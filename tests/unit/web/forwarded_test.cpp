@@ -1,5 +1,5 @@
 // The client behind a request: a named proxy's word counts, anybody else's does not.
-#include "web/forwarded.h"
+#include "web/http/forwarded.h"
 
 #include <gtest/gtest.h>
 

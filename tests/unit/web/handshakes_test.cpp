@@ -1,5 +1,5 @@
 // The turns of TLS handshakes: bounded in rate and number, fair between addresses.
-#include "web/handshakes.h"
+#include "web/net/handshakes.h"
 
 #include <gtest/gtest.h>
 

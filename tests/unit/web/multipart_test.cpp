@@ -1,6 +1,6 @@
 // The multipart parser: every split of the bytes gives the same parts, and no malformed body is
 // taken for a whole one.
-#include "web/multipart.h"
+#include "web/http/multipart.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "web/origin.h"
+#include "web/http/origin.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Requests from bytes: the same result in any pieces; an ambiguous or too large request is refused.
-#include "web/request_reader.h"
+#include "web/http/request_reader.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "web/static_files.h"
+#include "web/net/static_folder.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -24,7 +24,7 @@ class StaticFilesTest : public ::testing::Test {
         std::ofstream{folder_ / "dist/assets/small.css.gz"} << "no smaller";
         std::ofstream{folder_ / "dist/notes.gz"} << "a file of its own";
         std::filesystem::create_symlink(folder_ / "secret", folder_ / "dist/link");
-        files_ = StaticFiles::read(folder_ / "dist").value();
+        files_ = read_static_folder(folder_ / "dist").value();
     }
     void TearDown() override { std::filesystem::remove_all(folder_); }
     std::optional<Response> get(const std::string& target, std::string etag = "", std::string accepted = "") {
@@ -105,7 +105,7 @@ TEST_F(StaticFilesTest, WhatTheClientHasIsNotSentAgain) {
 }
 
 TEST_F(StaticFilesTest, AMissingFolderIsSaid) {
-    const auto missing = StaticFiles::read(folder_ / "nothing");
+    const auto missing = read_static_folder(folder_ / "nothing");
     ASSERT_FALSE(missing.ok());
     EXPECT_EQ(missing.error().code, ErrorCode::not_found);
 }

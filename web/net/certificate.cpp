@@ -1,4 +1,4 @@
-#include "web/certificate.h"
+#include "web/net/certificate.h"
 
 #include <openssl/bn.h>
 #include <openssl/ec.h>
@@ -13,8 +13,8 @@
 #include <memory>
 
 #include "base/text.h"
-#include "web/forwarded.h"
-#include "web/http.h"
+#include "web/http/forwarded.h"
+#include "web/http/http.h"
 
 namespace qduino::web {
 

@@ -17,7 +17,7 @@
 #include <string>
 
 #include "base/result.h"
-#include "web/http.h"
+#include "web/http/http.h"
 
 namespace qduino::web {
 

@@ -1,4 +1,4 @@
-#include "web/door.h"
+#include "web/http/door.h"
 
 #include <algorithm>
 

@@ -23,7 +23,7 @@
 #include <string>
 #include <utility>
 
-#include "web/tls.h"
+#include "web/net/tls.h"
 
 namespace qduino::web {
 

@@ -1,4 +1,4 @@
-#include "web/request_reader.h"
+#include "web/http/request_reader.h"
 
 #include <algorithm>
 #include <boost/asio/buffer.hpp>

@@ -1,11 +1,9 @@
-#include "web/origin.h"
-
-#include <arpa/inet.h>
+#include "web/http/origin.h"
 
 #include <algorithm>
-#include <array>
 
 #include "base/whole_number.h"
+#include "web/http/forwarded.h"
 
 namespace qduino::web {
 
@@ -20,14 +18,11 @@ std::string_view without_port(std::string_view text) {
                                                                                       : std::string_view{};
 }
 
+/// An IPv6 address stands in brackets, an IPv4 address does not.
 bool is_address(std::string_view host) {
-    std::array<unsigned char, sizeof(in6_addr)> address{};
-    if (host.size() > 64) return false;
-    if (host.front() == '[' && host.back() == ']') {
-        const std::string inner{host.substr(1, host.size() - 2)};
-        return ::inet_pton(AF_INET6, inner.c_str(), address.data()) == 1;
-    }
-    return ::inet_pton(AF_INET, std::string{host}.c_str(), address.data()) == 1;
+    const bool brackets = host.front() == '[' && host.back() == ']';
+    if (brackets) host = host.substr(1, host.size() - 2);
+    return brackets == (host.find(':') != std::string_view::npos) && is_numeric_address(host);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "web/handshakes.h"
+#include "web/net/handshakes.h"
 
 #include <algorithm>
 

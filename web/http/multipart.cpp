@@ -1,9 +1,9 @@
-#include "web/multipart.h"
+#include "web/http/multipart.h"
 
 #include <algorithm>
 #include <optional>
 
-#include "web/http.h"
+#include "web/http/http.h"
 
 namespace qduino::web {
 

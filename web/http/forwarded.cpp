@@ -1,4 +1,4 @@
-#include "web/forwarded.h"
+#include "web/http/forwarded.h"
 
 #include <arpa/inet.h>
 

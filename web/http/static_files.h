@@ -1,4 +1,4 @@
-// The page's own files: listed and read once at start, looked up by name. A request's path never
+// The page's own files: all there from the start, looked up by name. A request's path never
 // meets the file system, and all answers share the bytes.
 //
 //   app.js   app.js.gz   app.js.br      one file in three codings, made when the page is built. The
@@ -7,30 +7,23 @@
 #pragma once
 
 #include <array>
-#include <filesystem>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 
-#include "base/result.h"
-#include "web/content_coding.h"
-#include "web/http.h"
+#include "web/http/content_coding.h"
+#include "web/http/http.h"
 
 namespace qduino::web {
 
 class StaticFiles {
   public:
-    static constexpr std::size_t kFilesMax = 2000;
-    static constexpr std::uint64_t kBytesMax = std::uint64_t{32} << 20;
-
     /// Bytes by path.
     using Found = std::map<std::string, std::shared_ptr<const std::string>, std::less<>>;
 
     StaticFiles() = default;
     explicit StaticFiles(const Found& found);
-    /// Reads every regular file below `folder` (web/static_folder.cpp); links are not followed.
-    /// Errors: not_found, out_of_range (too many).
-    [[nodiscard]] static Result<StaticFiles> read(const std::filesystem::path& folder);
 
     /// The file in the client's coding, or 304 when the client has it; nothing when there is none
     /// of this name. The empty path is index.html.

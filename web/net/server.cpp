@@ -1,4 +1,4 @@
-#include "web/server.h"
+#include "web/net/server.h"
 #include "posix/unique_fd.h"
 
 #include <fcntl.h>
@@ -25,10 +25,10 @@
 #include <thread>
 #include <vector>
 
-#include "web/forwarded.h"
-#include "web/handshakes.h"
-#include "web/resumed_socket.h"
-#include "web/tls.h"
+#include "web/http/forwarded.h"
+#include "web/net/handshakes.h"
+#include "web/net/resumed_socket.h"
+#include "web/net/tls.h"
 
 namespace qduino::web {
 

@@ -20,7 +20,7 @@
 #include <string>
 
 #include "base/time.h"
-#include "web/door.h"
+#include "web/http/door.h"
 
 namespace qduino::web {
 

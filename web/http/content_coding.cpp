@@ -1,10 +1,10 @@
-#include "web/content_coding.h"
+#include "web/http/content_coding.h"
 
 #include <optional>
 #include <string>
 
 #include "base/whole_number.h"
-#include "web/http.h"
+#include "web/http/http.h"
 
 namespace qduino::web {
 

@@ -1,4 +1,4 @@
-#include "web/tls.h"
+#include "web/net/tls.h"
 
 #include <openssl/err.h>
 #include <openssl/pem.h>

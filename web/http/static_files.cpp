@@ -1,4 +1,4 @@
-#include "web/static_files.h"
+#include "web/http/static_files.h"
 
 #include <algorithm>
 #include <array>

@@ -25,9 +25,9 @@
 
 #include "base/result.h"
 #include "web/connection.h"
-#include "web/door.h"
+#include "web/http/door.h"
+#include "web/net/tls.h"
 #include "web/service.h"
-#include "web/tls.h"
 
 namespace qduino::web {
 

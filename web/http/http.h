@@ -40,7 +40,7 @@ struct RequestHead {
     [[nodiscard]] std::string query_value(std::string_view name) const;
 };
 
-/// The sender of a request, and what he calls this service (web/forwarded.h).
+/// The sender of a request, and what he calls this service (web/http/forwarded.h).
 struct Client {
     std::string name{};    ///< his address, as wrong keys are counted
     bool secure = false;   ///< nobody can read along between him and us, or a proxy of ours
