@@ -9,13 +9,14 @@
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
 
+#include "base/bytes.h"
 #include "base/result.h"
+#include "spool/job.h"
 
 namespace qduino::spool {
 
@@ -53,13 +54,15 @@ class Analyzer {
   public:
     virtual ~Analyzer() = default;
     /// A file whose bytes come one after the other. Needs memory that does not grow with it, and
-    /// packs its layers into `layers` (created). On worker threads, several at a time; touches
-    /// nothing else.
-    [[nodiscard]] virtual std::unique_ptr<FileReading> begin(const std::filesystem::path& layers) = 0;
+    /// packs its layers into `layers`, which outlives the reading. On worker threads, several at a
+    /// time; touches nothing else.
+    [[nodiscard]] virtual std::unique_ptr<FileReading> begin(ByteSink& layers) = 0;
     /// Reads an existing file, by begin(). Error: the file cannot be read, or its layers not be
     /// written.
-    [[nodiscard]] Result<Analysis> analyze(const std::filesystem::path& gcode,
-                                           const std::filesystem::path& layers);
+    [[nodiscard]] Result<Analysis> analyze(const ByteSource& gcode, ByteSink& layers);
 };
+
+/// Writes the analyzer's findings into `job`.
+void describe(Job& job, const Analysis& analysis);
 
 }  // namespace qduino::spool

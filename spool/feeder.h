@@ -1,28 +1,31 @@
-// The feeder: a run's bytes come from its file (link_feed.h has the protocol).
+// The feeder: a run's bytes come from a file, or from memory (link_feed.h has the protocol).
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
+#include <memory>
+#include <utility>
 
-#include "base/result.h"
-#include "posix/unique_fd.h"
+#include "base/bytes.h"
 #include "spool/link_feed.h"
 
 namespace qduino::spool {
 
 class Feeder final : public LinkFeed {
   public:
-    /// `file` holds `length` bytes. `estimated_s`: what the copy takes, 0 when nobody knows.
-    Feeder(posix::UniqueFd file, std::uint64_t run_id, std::uint64_t length, double estimated_s = 0)
-        : LinkFeed(run_id, length, estimated_s), file_(std::move(file)) {}
-    /// Opens the file. Errors: not_found, corrupt (its size is not `length`).
-    [[nodiscard]] static Result<Feeder> open(const std::filesystem::path& path, std::uint64_t run_id,
-                                             std::uint64_t length, double estimated_s = 0);
+    /// All of `bytes` are the run's. `estimated_s`: what the copy takes, 0 when nobody knows.
+    Feeder(std::shared_ptr<const ByteSource> bytes, std::uint64_t run_id, double estimated_s = 0)
+        : LinkFeed(run_id, bytes->size(), estimated_s), bytes_(std::move(bytes)) {}
 
   private:
-    [[nodiscard]] Result<std::size_t> read_at(std::uint64_t offset, std::span<std::uint8_t> bytes) override;
+    [[nodiscard]] Result<std::size_t> read_at(std::uint64_t offset, std::span<std::uint8_t> bytes) override {
+        const Result<std::size_t> read =
+            bytes_->read_at(offset, {reinterpret_cast<char*>(bytes.data()), bytes.size()});
+        if (!read || *read == 0)
+            return make_error(ErrorCode::corrupt, "the job's file cannot be read to its end");
+        return read;
+    }
 
-    posix::UniqueFd file_;
+    std::shared_ptr<const ByteSource> bytes_;
 };
 
 }  // namespace qduino::spool

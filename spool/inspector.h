@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
 #include <optional>
 #include <string>
 
@@ -12,8 +11,8 @@ namespace qduino::spool {
 class Inspector {
   public:
     virtual ~Inspector() = default;
-    /// Announces `run`, whose file is `gcode`. Repeated until begun().
-    virtual void begin(std::uint64_t run, const std::filesystem::path& gcode) = 0;
+    /// Announces `run`, whose file is at the path `gcode`. Repeated until begun().
+    virtual void begin(std::uint64_t run, const std::string& gcode) = 0;
     /// True once the inspector looks, or is known not to answer: the first byte may cross.
     [[nodiscard]] virtual bool begun(std::uint64_t run) = 0;
     /// Number `number`, from 0, of the lines that a person typed of the run's objects or of its

@@ -1,12 +1,11 @@
 // The ledger: what a commit must find whole. The queue, the gate that printing waits at, and the
-// journal that holds both, with the lines that tell of it.
+// store that holds both, with the lines that tell of it.
 //
 //   plan (queue.h) ──► Store.commit, durable ──► apply: visible
 //
 // On the spool's thread.
 #pragma once
 
-#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -14,7 +13,7 @@
 #include "base/result.h"
 #include "base/text.h"
 #include "spool/queue.h"
-#include "spool/store.h"
+#include "spool/storage.h"
 
 namespace qduino::spool {
 
@@ -43,17 +42,17 @@ class LogLines {
 
 class Ledger {
   public:
-    /// Before anything else.
-    void open(std::unique_ptr<Store> store) { store_ = std::move(store); }
-    /// What the journal knows.
+    /// `storage` outlives this.
+    explicit Ledger(Storage& storage) : storage_(storage) {}
+    /// Takes over what the store knows.
     void load(std::vector<Job> jobs, JobId next_id, std::int64_t last_ended, QueueGate gate) {
         queue_ = Queue{std::move(jobs), next_id, last_ended};
         gate_ = std::move(gate);
     }
-    void set_gate(QueueGate gate) { gate_ = std::move(gate); }
 
-    [[nodiscard]] bool is_open() const { return store_ != nullptr; }
-    [[nodiscard]] Store& store() const { return *store_; }
+    [[nodiscard]] Storage& storage() const { return storage_; }
+    [[nodiscard]] Store& store() const { return storage_.store(); }
+    [[nodiscard]] Files& files() const { return storage_.files(); }
     [[nodiscard]] const Queue& queue() const { return queue_; }
     [[nodiscard]] const QueueGate& gate() const { return gate_; }
     [[nodiscard]] std::uint64_t revision() const { return revision_; }
@@ -61,12 +60,12 @@ class Ledger {
     /// Any job. Error: not_found.
     [[nodiscard]] Result<Job> find(JobId id) const {
         if (const Job* live = queue_.find(id)) return *live;
-        return store_->find(id);
+        return store().find(id);
     }
 
     /// Errors: Store::commit's; then nothing has changed.
     [[nodiscard]] Result<void> commit(const Commit& changes) {
-        QDUINO_TRY(store_->commit(changes));
+        QDUINO_TRY(store().commit(changes));
         queue_.apply(changes.jobs);
         if (changes.gate) gate_ = *changes.gate;
         ++revision_;
@@ -88,7 +87,7 @@ class Ledger {
     }
 
   private:
-    std::unique_ptr<Store> store_;
+    Storage& storage_;
     Queue queue_;
     QueueGate gate_;
     std::uint64_t revision_ = 1;

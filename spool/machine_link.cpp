@@ -1,7 +1,5 @@
 #include "spool/machine_link.h"
 
-#include <unistd.h>
-
 namespace qduino::spool {
 
 using printer::link::Command;
@@ -11,15 +9,15 @@ using printer::link::ReplyKind;
 // ---- emergency line -----------------------------------------------------------------------------
 
 Result<void> EmergencyLine::stop() {
-    const std::scoped_lock lock{mutex_};
-    if (!link_) return make_error(ErrorCode::unavailable, "no machine is connected");
-    link_->emergency.fetch_add(1, std::memory_order_release);
-    return {};
+    return guarded([](LinkLayout* link) -> Result<void> {
+        if (!link) return make_error(ErrorCode::unavailable, "no machine is connected");
+        link->emergency.fetch_add(1, std::memory_order_release);
+        return {};
+    });
 }
 
 void EmergencyLine::attach(LinkLayout* link) {
-    const std::scoped_lock lock{mutex_};
-    link_ = link;
+    guarded([link](LinkLayout*& current) { return current = link; });
 }
 
 // ---- what the machine says ----------------------------------------------------------------------
@@ -73,7 +71,6 @@ void MachineLink::reopen() {
     link->jobs.adopt_writer();
     link->commands.adopt_writer();
     link->replies.adopt_reader();
-    link->service_pid.store(static_cast<std::uint32_t>(::getpid()), std::memory_order_release);
     emergency_.attach(link);
     log_.add("connected to the machine");
 }

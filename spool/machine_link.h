@@ -4,7 +4,7 @@
 // thread-safe.
 #pragma once
 
-#include <mutex>
+#include <atomic>
 #include <optional>
 #include <span>
 #include <string>
@@ -37,7 +37,17 @@ class EmergencyLine {
   private:
     friend class MachineLink;
     void attach(printer::link::LinkLayout* link);
-    std::mutex mutex_;  // held for one store, or for one pointer swap
+    /// Calls `with_link` while the link stays: for one store, or for one swap of the pointer. So
+    /// whoever comes meanwhile waits without sleeping.
+    template <typename Function>
+    auto guarded(Function with_link) {
+        while (held_.test_and_set(std::memory_order_acquire)) {
+        }
+        const auto done = with_link(link_);
+        held_.clear(std::memory_order_release);
+        return done;
+    }
+    std::atomic_flag held_;
     printer::link::LinkLayout* link_ = nullptr;
 };
 
@@ -63,7 +73,7 @@ class MachineLink {
     /// read is its last word.
     [[nodiscard]] bool is_replaced() const { return replaced_; }
     void detach() { emergency_.attach(nullptr); }
-    /// To the newest link.
+    /// Goes over to the newest link.
     void reopen();
 
     /// The machine at the last read().

@@ -1,5 +1,8 @@
 #include "spool/name_search.h"
 
+#include <array>
+#include <span>
+
 namespace qduino::spool {
 
 namespace {
@@ -19,9 +22,8 @@ unsigned lower(unsigned code) {
     return code;
 }
 
-/// The result is as long as `text`: here no lower case has another length.
-void fold_into(std::string& out, std::string_view text) {
-    out.assign(text);
+/// In place: here no lower case has another length.
+void fold(std::span<char> out) {
     for (std::size_t i = 0; i < out.size(); ++i) {
         const auto lead = static_cast<unsigned char>(out[i]);
         if (lead < 0x80) {
@@ -40,16 +42,18 @@ void fold_into(std::string& out, std::string_view text) {
 }  // namespace
 
 std::string folded(std::string_view text) {
-    std::string out;
-    fold_into(out, text);
+    std::string out{text};
+    fold(out);
     return out;
 }
 
 bool name_holds(std::string_view name, std::string_view folded_part) {
-    // Called for every job of a long list: one allocation serves them all.
-    thread_local std::string lower_name;
-    fold_into(lower_name, name);
-    return lower_name.find(folded_part) != std::string::npos;
+    // Called for every job of a long list: a name that a job may have needs no allocation.
+    std::array<char, 200> lower_name;
+    if (name.size() > lower_name.size()) return folded(name).find(folded_part) != std::string::npos;
+    const std::span<char> lower = std::span{lower_name}.first(name.copy(lower_name.data(), name.size()));
+    fold(lower);
+    return std::string_view{lower.data(), lower.size()}.find(folded_part) != std::string_view::npos;
 }
 
 }  // namespace qduino::spool

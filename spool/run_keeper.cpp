@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <limits>
 #include <utility>
 
@@ -20,8 +19,7 @@ constexpr Words<CopyOutcome::completed, CopyOutcome::failed> kOutcomes{"complete
 
 }  // namespace
 
-void RunKeeper::load(const StoredState& state, const BlobStore& blobs) {
-    blobs_ = &blobs;
+void RunKeeper::load(const StoredState& state) {
     run_ = state.active_run;
     awaited_report_ = state.awaited_report;
     last_run_id_ = state.last_run_id;
@@ -130,21 +128,22 @@ void RunKeeper::advance(Instant now, UnixSeconds now_s) {
 void RunKeeper::feed(const RunAction& action, Instant now, UnixSeconds now_s) {
     const Job* job = ledger_.queue().find(run_->job);
     QDUINO_EXPECT(job != nullptr);
-    const std::filesystem::path file = blobs_->path(job->sha256, BlobPart::gcode);
     const bool begin = action.kind == RunAction::Kind::begin;
     if (begin && inspector_ && run_->inspected && !inspector_->begun(run_->id)) {
-        inspector_->begin(run_->id, file);
+        inspector_->begin(run_->id, ledger_.files().place_of(job->sha256));
         return;
     }
     if (!feeder_) {
-        Result<Feeder> opened = Feeder::open(file, run_->id, run_->length, job->estimated_s);
-        if (!opened.ok()) {
+        auto bytes = ledger_.files().content(job->sha256, FilePart::gcode);
+        if (!bytes || bytes->size() != run_->length) {
+            const char* const why = bytes ? "the job's file has not the length that was uploaded"
+                                          : "the job's file cannot be opened";
             // The machine may hold a part of it, and has to let go before the run can end.
-            if (begin) return finish(CopyOutcome::failed, std::string{opened.error().message.view()}, now_s);
+            if (begin) return finish(CopyOutcome::failed, why, now_s);
             repeat_cancel(now);
             return;
         }
-        feeder_.emplace(std::move(*opened));
+        feeder_.emplace(std::move(bytes), run_->id, job->estimated_s);
     }
     printer::link::LinkLayout& link = *machine_.layout();
     const Result<void> fed = begin ? feeder_->begin(link, now) : feeder_->feed(link, action.offset, now);

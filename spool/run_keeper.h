@@ -15,7 +15,6 @@
 
 #include "base/result.h"
 #include "base/time.h"
-#include "spool/blob_store.h"
 #include "spool/feeder.h"
 #include "spool/inspector.h"
 #include "spool/ledger.h"
@@ -31,8 +30,8 @@ class RunKeeper {
     RunKeeper(const SpoolOptions& options, Ledger& ledger, MachineLink& machine, Inspector* inspector)
         : options_(options), ledger_(ledger), machine_(machine), inspector_(inspector) {}
 
-    /// What the journal knows of runs; `blobs` outlives this.
-    void load(const StoredState& state, const BlobStore& blobs);
+    /// Takes over what the store knows of runs.
+    void load(const StoredState& state);
     /// After MachineLink::read(). `may_begin`: nobody but the queue wants the printer.
     void tick(Instant now, UnixSeconds now_s, bool may_begin);
     /// The link has gone, and what was sent on it.
@@ -42,7 +41,7 @@ class RunKeeper {
     /// A run is active, or its report is awaited.
     [[nodiscard]] bool busy() const { return run_ || awaited_report_; }
 
-    // As the spool's.
+    // The spool's calls of these names come here.
     [[nodiscard]] Result<void> pause();
     [[nodiscard]] Result<void> resume();
     [[nodiscard]] Result<void> cancel();
@@ -62,7 +61,6 @@ class RunKeeper {
     Ledger& ledger_;
     MachineLink& machine_;
     Inspector* inspector_;
-    const BlobStore* blobs_ = nullptr;
     std::optional<Run> run_;
     std::optional<Run> awaited_report_;
     std::uint64_t last_run_id_ = 0;

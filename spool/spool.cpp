@@ -2,24 +2,23 @@
 
 #include <utility>
 
-#include "spool/recovery.h"
-
 namespace qduino::spool {
 
 // ---- start --------------------------------------------------------------------------------------
 
-Result<std::unique_ptr<Spool>> Spool::open(SpoolOptions options, LinkSource& link, Inspector* inspector) {
-    std::unique_ptr<Spool> spool{new Spool{std::move(options), link, inspector}};
+Result<std::unique_ptr<Spool>> Spool::open(SpoolOptions options, std::unique_ptr<Storage> storage,
+                                           LinkSource& link, Inspector* inspector) {
+    std::unique_ptr<Spool> spool{new Spool{std::move(options), std::move(storage), link, inspector}};
     QDUINO_TRY(spool->load());
     return spool;
 }
 
 Result<void> Spool::load() {
-    QDUINO_TRY_ASSIGN(StoredState state, house_.open());
+    QDUINO_TRY_ASSIGN(StoredState state, storage_->load());
     if (!options_.confirm_bed) state.gate.bed_occupied = false;
     ledger_.load(std::move(state.jobs), state.next_job_id, state.last_ended, state.gate);
-    runs_.load(state, house_.blobs());
-    house_.begin();
+    house_.begin(state.newest_s);
+    runs_.load(state);
     return {};
 }
 
@@ -35,17 +34,17 @@ Result<JobId> Spool::add(StagedFile& file, const Analysis& analysis, const NewJo
             .priority = wanted.priority,
             .created_s = now_s};
     describe(job, analysis);
-    const BlobCompanions companions{analysis.layers_json, analysis.thumbnail};
-    job.stored_bytes = BlobStore::size_of(file.size(), file.layers_path(), companions);
+    const FileCompanions companions{analysis.layers_json, analysis.thumbnail};
+    job.stored_bytes = stored_bytes_of(file, companions);
     QDUINO_TRY_ASSIGN(Change change, queue().plan_add(job));
     QDUINO_TRY(house_.make_room(job.sha256, job.stored_bytes));
     const JobId id = change.put.front().id;
-    QDUINO_TRY(blobs().adopt(file, companions, {id, now_s, job.name}));
+    QDUINO_TRY(files().adopt(file, companions, {id, now_s, job.name}));
     if (const Result<void> committed = ledger_.commit(std::move(change)); !committed) {
         house_.drop_files(job);  // a file that is left is swept at the next start
         return committed.error();
     }
-    blobs().confirm(job.sha256);
+    files().confirm(job.sha256);
     ledger_.log().add("queued ", words_of(*queue().find(id)), ", ", job.size, " bytes");
     return id;
 }

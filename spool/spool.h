@@ -1,5 +1,6 @@
-// The spool: jobs in, copies out. It wires its parts: the ledger (queue, gate, journal), the run
-// keeper, the serial host's claim, the link to the machine, and the housekeeping.
+// The spool: jobs in, copies out. It wires its parts: the ledger (queue, gate, store), the run
+// keeper, the serial host's claim, the link to the machine, and the housekeeping. It needs no
+// system: what it keeps its jobs in is a Storage, on a disk or in memory.
 //
 //          add, patch, start …                 tick, 50 times a second
 //                │                                   │
@@ -24,6 +25,7 @@
 
 #include "base/result.h"
 #include "base/time.h"
+#include "spool/analyzer.h"
 #include "spool/host_keeper.h"
 #include "spool/housekeeping.h"
 #include "spool/inspector.h"
@@ -33,6 +35,7 @@
 #include "spool/machine_link.h"
 #include "spool/run_keeper.h"
 #include "spool/spool_options.h"
+#include "spool/storage.h"
 
 namespace qduino::spool {
 
@@ -46,10 +49,10 @@ struct NewJob {
 
 class Spool {
   public:
-    /// `link` and `inspector` (may be null) outlive the spool. Errors: as Store::open and
-    /// BlobStore::open.
-    [[nodiscard]] static Result<std::unique_ptr<Spool>> open(SpoolOptions options, LinkSource& link,
-                                                             Inspector* inspector);
+    /// `link` and `inspector` (may be null) outlive the spool. Errors: as Storage::load.
+    [[nodiscard]] static Result<std::unique_ptr<Spool>> open(SpoolOptions options,
+                                                             std::unique_ptr<Storage> storage,
+                                                             LinkSource& link, Inspector* inspector);
     /// The emergency line is cut before anything else.
     ~Spool() { machine_.detach(); }
 
@@ -69,14 +72,14 @@ class Spool {
     [[nodiscard]] Result<JobPage> page(const JobQuery& query) const {
         return page_of(ledger_.queue(), ledger_.store(), query);
     }
-    [[nodiscard]] const JobCounts& counts() const { return ledger_.store().counts(); }
+    [[nodiscard]] JobCounts counts() const { return ledger_.store().counts(); }
     [[nodiscard]] bool confirms_bed() const { return options_.confirm_bed; }
-    [[nodiscard]] const BlobStore& blobs() const { return house_.blobs(); }
-    [[nodiscard]] Store& store() { return ledger_.store(); }
-    /// Why nothing that is taken now would be kept; empty: all is well. Any thread.
-    [[nodiscard]] std::string trouble() const { return house_.trouble(); }
-    /// Room for an upload. Errors: unavailable (the disk is full), internal. Any thread.
-    [[nodiscard]] Result<void> check_room() const { return house_.check_room(); }
+    [[nodiscard]] Files& files() const { return ledger_.files(); }
+    [[nodiscard]] Store& store() const { return ledger_.store(); }
+    [[nodiscard]] const Storage& storage() const { return *storage_; }
+    /// Deletes the job that ended first, with its files. Error: unavailable (there is none), and as
+    /// Store::commit.
+    [[nodiscard]] Result<void> erase_oldest() { return house_.erase_oldest(); }
     /// Grows whenever the jobs or the gate change.
     [[nodiscard]] std::uint64_t revision() const { return ledger_.revision(); }
 
@@ -126,8 +129,10 @@ class Spool {
     [[nodiscard]] std::vector<std::string> take_log() { return ledger_.log().take(); }
 
   private:
-    Spool(SpoolOptions options, LinkSource& link, Inspector* inspector)
+    Spool(SpoolOptions options, std::unique_ptr<Storage> storage, LinkSource& link, Inspector* inspector)
         : options_(std::move(options)),
+          storage_(std::move(storage)),
+          ledger_(*storage_),
           house_(options_, ledger_),
           machine_(link, ledger_.log()),
           runs_(options_, ledger_, machine_, inspector),
@@ -135,6 +140,7 @@ class Spool {
     [[nodiscard]] Result<void> load();
 
     SpoolOptions options_;
+    std::unique_ptr<Storage> storage_;
     Ledger ledger_;
     Housekeeping house_;
     MachineLink machine_;

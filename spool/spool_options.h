@@ -2,10 +2,7 @@
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
 
-#include "spool/analyzer.h"
-#include "spool/blob_store.h"
 #include "spool/clock_watch.h"
 
 namespace qduino::spool {
@@ -19,16 +16,10 @@ struct Retention {
 };
 
 struct SpoolOptions {
-    std::filesystem::path folder;
-    BlobLimits limits;
-    bool journal_in_memory = false;  ///< for fuzzing: nothing survives
     bool hold_after_failure = true;  ///< a failed job holds the queue until a person releases it
     /// After a copy that moved, wait for a person to clear the bed.
     bool confirm_bed = true;
     Retention retention;
-    /// Reads the facts of jobs that a damaged journal has lost; null: those get none.
-    Analyzer* analyzer = nullptr;
-    UnixSeconds opened_s = 0;  ///< now; names what has to be set aside
     /// Nothing is deleted by its age while the calendar is before this.
     UnixSeconds calendar_from_s = ClockWatch::kFirst_s;
 };

@@ -1,21 +1,14 @@
-// The journal: jobs, runs and settings in one SQLite file. Every commit is durable before anyone is
-// told of it.
+// THE SEAM: jobs, runs and settings. In one SQLite file (disk/sqlite_store.h), or in memory
+// (memory_storage.h). tests/unit/spool/storage_contract_test.cpp holds both.
 //
-// WAL with synchronous=FULL: commit() returns after the log is on the disk. One transaction is one
-// fact: a power cut leaves it whole or absent. (SQLite, "Write-Ahead Logging" and "PRAGMA
-// synchronous".)
-//
-//   jobs      one row a job                              runs      one row an attempt to print
-//   settings  key → value: journal's id, queue's hold …  sessions  SHA-256 of a cookie → expiry
+// One commit is one fact: it is there whole or absent, and it is safe, as far as the store is,
+// before anyone is told of it.
 //
 // Jobs that wait or print are read once, at the start. There may be a hundred thousand ended ones,
-// so these are read when they are asked for, a page at a time by an index.
+// so these are read when they are asked for, a page at a time.
 #pragma once
 
-#include <filesystem>
-#include <functional>
 #include <limits>
-#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -65,84 +58,53 @@ struct StoredState {
     std::optional<Run> active_run;      ///< begun, not ended
     std::optional<Run> awaited_report;  ///< ended, its report not yet stored
     QueueGate gate;
-    std::string journal_id;   ///< random; made with the journal
-    bool rebuilding = false;  ///< it does not know all of its jobs yet (recovery.h)
+    std::string journal_id;    ///< random; made with the journal
+    bool rebuilding = false;   ///< it does not know all of its jobs yet (disk/recovery.h)
+    UnixSeconds newest_s = 0;  ///< the newest time of any job; 0: none
 };
 
 /// Which ended jobs to read, newest first.
 struct EndedQuery {
     std::size_t limit = 50;
     /// Jobs that ended before this one; empty: from the newest.
-    std::optional<std::int64_t> below_order;
-    std::vector<JobState> states;  ///< empty: all that have ended
-    std::string text;              ///< a part of the name, in any case; empty: all
+    std::optional<std::int64_t> below_order{};
+    std::vector<JobState> states{};  ///< empty: all that have ended
+    std::string text{};              ///< a part of the name, in any case; empty: all
 };
 
-/// One connection; used from one thread. Operating errors (disk full, damaged file) are Results.
+/// Used from one thread. What goes wrong in operation is a Result.
 class Store {
   public:
-    /// `file` ":memory:" keeps everything in memory. Reads the whole file once, and finds damaged
-    /// pages. Errors: corrupt, unavailable, unsupported (a newer schema). A damaged file is left as
-    /// it is.
-    [[nodiscard]] static Result<std::unique_ptr<Store>> open(const std::filesystem::path& file);
-    ~Store();
+    virtual ~Store() = default;
 
-    [[nodiscard]] Result<StoredState> load();
-    [[nodiscard]] Result<std::vector<SessionRecord>> sessions();
-    /// Stores all of it durably, or nothing. Errors: unavailable (disk full, I/O), internal.
-    [[nodiscard]] Result<void> commit(const Commit& commit);
-    /// The newest report of a job. Error: not_found.
-    [[nodiscard]] Result<std::string> report_of(JobId job);
+    [[nodiscard]] virtual Result<StoredState> load() = 0;
+    /// Stores all of it, or nothing. Errors: unavailable (no room, I/O), internal (it is against
+    /// the rules: a second run, a second job that prints).
+    [[nodiscard]] virtual Result<void> commit(const Commit& commit) = 0;
 
     /// Any job, ended ones too. Error: not_found.
-    [[nodiscard]] Result<Job> find(JobId id);
+    [[nodiscard]] virtual Result<Job> find(JobId id) = 0;
     /// Reads no more rows than `limit`, except for a search by name or a state that is rare.
-    [[nodiscard]] Result<std::vector<Job>> ended(const EndedQuery& query);
+    [[nodiscard]] virtual Result<std::vector<Job>> ended(const EndedQuery& query) = 0;
     /// The ended jobs that ended first, oldest first; only those that ended from `from_s` to
     /// `until_s`.
-    [[nodiscard]] Result<std::vector<Job>> oldest_ended(
-        std::size_t limit, UnixSeconds until_s, UnixSeconds from_s = std::numeric_limits<UnixSeconds>::min());
-    /// True when any job has this blob; `except` does not count.
-    [[nodiscard]] Result<bool> blob_wanted(const std::string& sha256, JobId except = 0);
-    /// Kept up to date by commit().
-    [[nodiscard]] const JobCounts& counts() const { return totals_.counts; }
+    [[nodiscard]] virtual Result<std::vector<Job>> oldest_ended(
+        std::size_t limit, UnixSeconds until_s = std::numeric_limits<UnixSeconds>::max(),
+        UnixSeconds from_s = std::numeric_limits<UnixSeconds>::min()) = 0;
+    /// True when any job has these bytes; `except` does not count.
+    [[nodiscard]] virtual Result<bool> blob_wanted(const std::string& sha256, JobId except = 0) = 0;
+    /// The newest report of a job. Error: not_found.
+    [[nodiscard]] virtual Result<std::string> report_of(JobId job) = 0;
+    [[nodiscard]] virtual JobCounts counts() const = 0;
     /// The size of the files of all jobs; shared ones count once.
-    [[nodiscard]] std::uint64_t stored_bytes() const { return totals_.stored_bytes; }
-    /// Grows with every durable commit.
-    [[nodiscard]] std::uint64_t commits() const { return commits_; }
+    [[nodiscard]] virtual std::uint64_t stored_bytes() const = 0;
 
-    [[nodiscard]] Result<void> put_session(const SessionRecord& session);
-    [[nodiscard]] Result<void> erase_session(const std::string& token_hash);
+    [[nodiscard]] virtual Result<std::vector<SessionRecord>> sessions() = 0;
+    [[nodiscard]] virtual Result<void> put_session(const SessionRecord& session) = 0;
+    [[nodiscard]] virtual Result<void> erase_session(const std::string& token_hash) = 0;
     /// Erases those that end first, but for `count`. Not by the calendar, which may be wrong: one
     /// that has expired admits nobody, and harms nobody.
-    [[nodiscard]] Result<void> keep_sessions(std::size_t count);
-    /// The newest time of any job; 0: none.
-    [[nodiscard]] Result<UnixSeconds> newest_time();
-
-    /// `make_room` is called when the disk is full, on the store's thread. True: there is room now,
-    /// and what failed is done again.
-    void when_full(std::function<bool()> make_room);
-
-    /// For a copy that is older than its journal was: holds everything that waits or prints, so
-    /// that nothing of it prints again by itself; holds the queue with `reason`; marks the journal
-    /// as not knowing all of its jobs.
-    [[nodiscard]] Result<void> hold_everything(const std::string& reason);
-
-  private:
-    struct Database;
-    explicit Store(std::unique_ptr<Database> database);
-    struct Totals {
-        JobCounts counts;
-        std::uint64_t stored_bytes = 0;
-    };
-    void erase_job(JobId id, Totals& totals);
-    void write_job(const Job& job, Totals& totals);
-    void write(const Commit& commit, Totals& totals);
-    void load_totals();
-
-    std::unique_ptr<Database> database_;
-    Totals totals_;
-    std::uint64_t commits_ = 0;
+    [[nodiscard]] virtual Result<void> keep_sessions(std::size_t count) = 0;
 };
 
 }  // namespace qduino::spool

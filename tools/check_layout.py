@@ -59,11 +59,14 @@ ARROWS = {
     "printer/facts": {"base", "printer", "printer/preflight", "printer/estimate"},
     "twin": {"base", "channel", "board", "device"},
     # These two know the printer by its link alone, and by the machine's numbers.
-    "spool": {"base", "posix", "channel", "printer", "printer/link"},
+    # What needs a disk is above the spool, and is handed to it.
+    "spool": {"base", "channel", "printer", "printer/link"},
+    "spool/disk": {"base", "posix", "spool"},
+    "analysis": {"base", "printer", "printer/estimate", "printer/facts", "printer/gcode", "printer/preflight", "spool"},
     # web/http needs no system: below the service. web/net has the sockets and TLS: above it.
     "web/http": {"base"},
-    "web": {"base", "posix", "channel", "printer", "printer/link", "spool", "web/http"},
-    "web/net": {"base", "posix", "web", "web/http"},
+    "web": {"base", "channel", "printer", "printer/link", "spool", "web/http"},
+    "web/net": {"base", "posix", "spool", "web", "web/http"},
     # What programs are made of. Some of these know what a concrete board offers (MAY_NAME_A_BOARD).
     "arduino/metal": {"arduino/core", "arduino/libraries", "base", "board", "board/metal"},
     "terminal": {"base", "posix"},
@@ -83,7 +86,7 @@ ARROWS = {
     "qduino/build": {"base", "board/linux/pin", "posix", "qduino/common", "qduino/library", "report/pin", "terminal"},
     "qduino/common": {"base", "posix"},
     "qduino/ide": {"base", "posix", "qduino/build", "qduino/common", "qduino/upload", "terminal"},
-    "qduino/library": {"base", "posix", "qduino/common", "spool", "terminal"},
+    "qduino/library": {"base", "posix", "qduino/common", "spool/disk", "terminal"},
     "qduino/metal": {"base", "board/window", "posix", "qduino/common", "qduino/trace"},
     "qduino/monitor": {"base", "posix", "qduino/upload", "serial", "terminal"},
     "qduino/trace": {"base", "board", "board/linux/loop", "posix", "qduino/build", "report", "report/picture", "report/pin", "terminal"},
@@ -91,13 +94,13 @@ ARROWS = {
     "qduino": {"base", "board/linux/kernel", "config", "posix", "qduino/build", "qduino/common", "report", "report/picture", "report/pin", "terminal"},
     "qduino/commands": {"qduino", "base", "beside", "board/linux/kernel", "board/linux/loop", "config", "doctor", "posix", "qduino/build", "qduino/common", "qduino/ide", "qduino/library", "qduino/metal", "qduino/monitor", "qduino/trace", "qduino/upload", "report", "report/picture", "report/pin", "terminal", "vcpu"},
     # The programs. None includes another.
-    "apps/launcher": {"base", "board", "board/linux/kernel", "board/linux/pin", "config", "link", "posix", "rights", "terminal", "vcpu", "web", "web/http", "web/net"},
+    "apps/launcher": {"base", "board", "board/linux/kernel", "board/linux/pin", "config", "link", "posix", "rights", "terminal", "vcpu", "web/http", "web/net"},
     "apps/metal_printer": {"arduino", "arduino/libraries", "arduino/metal", "base", "board", "board/metal", "printer", "printer/facts", "printer/link",
                            "printer/preflight", "spool", "web", "web/http"},
     "apps/name": {"base", "rights", "terminal"},
     "apps/port": {"base", "board/linux/kernel", "link", "posix", "printer/gcode", "printer/link", "rights", "sched", "serial", "terminal"},
-    "apps/printd": {"base", "config", "inspect", "link", "posix", "printer", "printer/estimate", "printer/facts", "printer/gcode", "printer/link",
-                    "printer/preflight", "rights", "serial", "spool", "terminal", "web", "web/net"},
+    "apps/printd": {"analysis", "base", "config", "inspect", "link", "posix", "printer", "printer/gcode", "printer/link", "rights", "serial", "spool",
+                    "spool/disk", "terminal", "web", "web/net"},
     "apps/printer": {"board/linux", "config", "link", "posix", "report", "runtime", "terminal"},
     "apps/printer_sim": {"base", "board", "board/sim", "config", "inspect", "link", "posix", "printer", "printer/estimate", "printer/gcode",
                          "printer/link", "printer/preflight", "report", "report/picture", "runtime", "spool", "terminal", "twin"},
@@ -266,11 +269,12 @@ BANNED = [
 
 # What a board without an operating system below it must be able to compile (tests/freestanding and
 # the images do).
-WITHOUT_A_SYSTEM = ("base/", "sched/", "channel/", "runtime/", "arduino/", "device/", "board/metal/", "board/window/", "printer/", "web/http/")
-# The half for Linux; and a card's words for how a file is opened are those of <fcntl.h>.
-BUT_THESE = ("arduino/host/", "arduino/libraries/SD/SD.h")
+WITHOUT_A_SYSTEM = ("base/", "sched/", "channel/", "runtime/", "arduino/", "device/", "board/metal/", "board/window/", "printer/", "spool/", "web/", "analysis/")
 # There a system's header may be needed all the same, for a reason:
-MAY_INCLUDE = {"web/http/forwarded.cpp": "arpa/inet.h"}  # an address as text: every C library has that
+MAY_INCLUDE = {"web/http/forwarded.cpp": "arpa/inet.h",  # an address as text: every C library has that
+               "spool/queue.cpp": "ctime"}               # and the calendar
+# All the same: the half for Linux; and a card's words for how a file is opened are <fcntl.h>'s.
+WITH_A_SYSTEM = ("arduino/host/", "arduino/libraries/SD/SD.h", "spool/disk/", "web/net/")
 SYSTEM_HEADER = re.compile(r"\s*#\s*include\s*<((?:sys|linux|netinet|arpa)/[\w/.]+|unistd\.h|fcntl\.h|pthread\.h|sched\.h|signal\.h|poll\.h"
                            r"|errno\.h|time\.h|termios\.h|dirent\.h|dlfcn\.h|semaphore\.h|csignal|cerrno|ctime|thread|mutex"
                            r"|shared_mutex|condition_variable|future|semaphore|barrier|latch|stop_token|filesystem|iostream|ostream"
@@ -280,7 +284,7 @@ SYSTEM_WORD = re.compile(r"\b(errno|pid_t|std::this_thread|std::thread|std::mute
 
 def needs_a_system(path):
     of_the_seam = path.startswith("board/") and path.count("/") == 1
-    return path.startswith(BUT_THESE) or not (of_the_seam or path.startswith(WITHOUT_A_SYSTEM))
+    return path.startswith(WITH_A_SYSTEM) or not (of_the_seam or path.startswith(WITHOUT_A_SYSTEM))
 
 
 def system_offences(path, text):
@@ -320,7 +324,6 @@ MAY_OPEN = {
     "apps/launcher/link_giver.cpp": "its own descriptor, anew",
     "apps/launcher/run_log.cpp": "with O_EXCL and O_NOFOLLOW, by the rights of the service's user",
     "link/link_file.cpp": "with O_EXCL, or with O_NOFOLLOW as a service that has no rights",
-    "apps/printd/analyzer.cpp": "a service that has no rights",
     "rights/state_folder.cpp": "on descriptors, with O_NOFOLLOW, after the folder is closed",
     "rights/own_view.cpp": "what is to be seen, by O_PATH; new files in an empty root",
     "board/linux/pin/starter.cpp": "memory without a name, by an inherited descriptor",
@@ -374,6 +377,8 @@ def self_test():
         ("printer/a.cpp", '#include "board/board.h"\n', "may not include"),
         ("twin/a.cpp", '#include "printer/machine_config.h"\n', "may not include"),
         ("spool/a.cpp", '#include "printer/gcode/lexer.h"\n', "may not include"),
+        ("spool/a.cpp", '#include "spool/disk/journal.h"\n', "may not include"),
+        ("spool/a.cpp", "#include <mutex>\n", "without an operating system"),
         ("printer/machine_config.h", '#include "channel/four_slot.h"\n', "may not include"),
         ("printer/gcode/a.cpp", '#include "printer/motion/planner.h"\n', "may not include"),
         ("printer/motion/a.cpp", '#include "printer/step/solver.h"\n', "may not include"),

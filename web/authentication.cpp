@@ -1,33 +1,17 @@
 #include "web/authentication.h"
 
-#include <fcntl.h>
-#include <sodium/core.h>
-#include <sodium/crypto_generichash.h>
-#include <sodium/randombytes.h>
-#include <sodium/utils.h>
-#include <sys/stat.h>
-
 #include <algorithm>
-#include <array>
-#include <cerrno>
 
-#include "posix/durable_file.h"
-#include "posix/small_file.h"
-#include "posix/system_error.h"
-#include "posix/unique_fd.h"
-#include "spool/sha256.h"
+#include "base/sha256.h"
 
 namespace qduino::web {
 
 namespace {
 
-constexpr std::size_t kTokenBytes = 32;
-constexpr std::size_t kTokenLength = 43;
-
-Result<std::string> make_key(const std::filesystem::path& file) {
-    const std::string key = random_token();
-    QDUINO_TRY(posix::write_durably(file, key + "\n"));
-    return key;
+std::string sha256_of(std::string_view text) {
+    BareSha256 hash;
+    hash.add({text.data(), text.size()});
+    return hash.finish();
 }
 
 template <typename Time>
@@ -40,43 +24,13 @@ void forget_first_to_end(std::map<std::string, Time>& entries, std::size_t size_
 
 }  // namespace
 
-std::string random_token() {
-    std::array<unsigned char, kTokenBytes> bytes{};
-    randombytes_buf(bytes.data(), bytes.size());
-    std::array<char, kTokenLength + 1> text{};
-    sodium_bin2base64(text.data(), text.size(), bytes.data(), bytes.size(),
-                      sodium_base64_VARIANT_URLSAFE_NO_PADDING);
-    return text.data();
-}
-
-Result<std::string> load_or_make_key(const std::filesystem::path& file) {
-    const posix::UniqueFd opened{::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW)};
-    if (!opened.valid() && errno == ENOENT) return make_key(file);
-    if (!opened.valid()) return posix::system_error("open the key file", file.native());
-    struct stat found {};
-    if (::fstat(opened.get(), &found) != 0) return posix::system_error("look at the key file", file.native());
-    QDUINO_TRY_ASSIGN(std::string key, posix::read_to_end(opened.get(), file.native()));
-    if ((found.st_mode & 077) != 0) {
-        return make_error(ErrorCode::not_permitted, "others may read the key file; chmod 600 ",
-                          file.native());
-    }
-    while (!key.empty() && (key.back() == '\n' || key.back() == '\r')) key.pop_back();
-    if (key.size() < 16) {
-        return make_error(ErrorCode::corrupt,
-                          "the key file holds no key of at least 16 characters; delete it to have one made: ",
-                          file.native());
-    }
-    return key;
-}
-
 bool equal_in_constant_time(std::string_view a, std::string_view b) {
-    const auto digest = [](std::string_view text) {
-        std::array<unsigned char, 32> out{};
-        crypto_generichash(out.data(), out.size(), reinterpret_cast<const unsigned char*>(text.data()),
-                           text.size(), nullptr, 0);
-        return out;
-    };
-    return sodium_memcmp(digest(a).data(), digest(b).data(), 32) == 0;
+    const std::string digest_a = sha256_of(a);
+    const std::string digest_b = sha256_of(b);
+    unsigned difference = 0;
+    for (std::size_t i = 0; i < digest_a.size(); ++i)
+        difference |= static_cast<unsigned char>(digest_a[i]) ^ static_cast<unsigned char>(digest_b[i]);
+    return difference == 0;
 }
 
 // ---- failures -----------------------------------------------------------------------------------
@@ -94,7 +48,8 @@ void FailureLimiter::failed(const std::string& remote, Instant now) {
 
 // ---- sessions -----------------------------------------------------------------------------------
 
-SessionTable::SessionTable(std::vector<spool::SessionRecord> stored) {
+SessionTable::SessionTable(TokenSource new_token, std::vector<spool::SessionRecord> stored)
+    : new_token_(new_token) {
     for (spool::SessionRecord& record : stored) expires_[std::move(record.token_hash)] = record.expires_s;
     forget_first_to_end(expires_, kSessionsMax);
 }
@@ -102,8 +57,8 @@ SessionTable::SessionTable(std::vector<spool::SessionRecord> stored) {
 SessionTable::Made SessionTable::make(spool::UnixSeconds now_s) {
     // None is forgotten by the calendar, which may have jumped: their number is bounded.
     Made made;
-    made.token = random_token();
-    made.record = {spool::sha256_of(made.token), now_s + kLifetime_s};
+    made.token = new_token_();
+    made.record = {sha256_of(made.token), now_s + kLifetime_s};
     expires_[made.record.token_hash] = made.record.expires_s;
     forget_first_to_end(expires_, kSessionsMax);
     return made;
@@ -111,12 +66,12 @@ SessionTable::Made SessionTable::make(spool::UnixSeconds now_s) {
 
 bool SessionTable::contains(std::string_view token, spool::UnixSeconds now_s) const {
     if (token.size() != kTokenLength) return false;
-    const auto at = expires_.find(spool::sha256_of(token));
+    const auto at = expires_.find(sha256_of(token));
     return at != expires_.end() && now_s < at->second;
 }
 
 std::string SessionTable::end(std::string_view token) {
-    const std::string hash = spool::sha256_of(token);
+    const std::string hash = sha256_of(token);
     expires_.erase(hash);
     return hash;
 }
@@ -125,14 +80,14 @@ std::string SessionTable::end(std::string_view token) {
 
 std::string TicketTable::make(Instant now) {
     std::erase_if(expires_, [&](const auto& entry) { return entry.second <= now; });
-    std::string ticket = random_token();
-    expires_[spool::sha256_of(ticket)] = now + lifetime_;
+    std::string ticket = new_token_();
+    expires_[sha256_of(ticket)] = now + lifetime_;
     forget_first_to_end(expires_, kTicketsMax);
     return ticket;
 }
 
 bool TicketTable::take(std::string_view ticket, Instant now) {
-    const auto at = expires_.find(spool::sha256_of(ticket));
+    const auto at = expires_.find(sha256_of(ticket));
     if (at == expires_.end()) return false;
     const bool valid = now < at->second;
     expires_.erase(at);
@@ -155,11 +110,11 @@ bool AddressTable::admits(const std::string& remote, Instant now) {
 
 // ---- proofs -------------------------------------------------------------------------------------
 
-Authenticator::Authenticator(std::string key, std::vector<spool::SessionRecord> stored)
-    : sessions(std::move(stored)), key_(std::move(key)) {
-    const int ready = sodium_init();
-    QDUINO_EXPECT(ready >= 0);
-}
+Authenticator::Authenticator(std::string key, std::vector<spool::SessionRecord> stored, TokenSource new_token)
+    : sessions(new_token, std::move(stored)),
+      tickets(new_token, kLiveLifetime),
+      invitations(new_token, kInvitationLifetime),
+      key_(std::move(key)) {}
 
 Proof Authenticator::prove_key(std::string_view key, const std::string& remote, Instant now) {
     if (is_off()) return Proof::off;

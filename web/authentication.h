@@ -2,8 +2,8 @@
 // wrong tries.
 //
 // The key is 32 random bytes, made at the first start and kept in a file that only the service's
-// user reads; no request ever returns it. The service compares digests in constant time
-// (libsodium), so neither the length nor the first difference shows in the time. Sessions and
+// user reads; no request ever returns it. The service compares digests in constant time, so neither
+// the length nor the first difference shows in the time. Sessions and
 // tickets are random tokens; only their SHA-256 is kept. Time is a parameter. One thread.
 //
 // A limit that refuses all tries from an address locks out the owner, who may share it with a
@@ -15,7 +15,6 @@
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
 #include <map>
 #include <optional>
 #include <string>
@@ -29,12 +28,9 @@
 
 namespace qduino::web {
 
-/// 32 random bytes as base64url, 43 characters.
-[[nodiscard]] std::string random_token();
-
-/// The key in `file`, made (mode 0600) when there is none. Errors: not_permitted (others may read
-/// it), internal, corrupt.
-[[nodiscard]] Result<std::string> load_or_make_key(const std::filesystem::path& file);
+inline constexpr std::size_t kTokenLength = 43;
+/// Makes a token that nobody can guess: kTokenLength characters of base64url, 256 random bits.
+using TokenSource = std::string (*)();
 
 /// Takes the same time for every pair of equal size, and nearly so for any pair.
 [[nodiscard]] bool equal_in_constant_time(std::string_view a, std::string_view b);
@@ -61,7 +57,7 @@ class SessionTable {
     static constexpr spool::UnixSeconds kLifetime_s = 12 * 3600;
     static constexpr std::size_t kSessionsMax = 256;
 
-    explicit SessionTable(std::vector<spool::SessionRecord> stored = {});
+    explicit SessionTable(TokenSource new_token, std::vector<spool::SessionRecord> stored = {});
     struct Made {
         std::string token;
         spool::SessionRecord record;  ///< to be stored before the token is given out
@@ -72,6 +68,7 @@ class SessionTable {
     std::string end(std::string_view token);
 
   private:
+    TokenSource new_token_;
     std::map<std::string, spool::UnixSeconds> expires_;  // by hash
 };
 
@@ -79,12 +76,13 @@ class TicketTable {
   public:
     static constexpr std::size_t kTicketsMax = 256;
 
-    explicit TicketTable(Nanoseconds lifetime) : lifetime_(lifetime) {}
+    TicketTable(TokenSource new_token, Nanoseconds lifetime) : new_token_(new_token), lifetime_(lifetime) {}
     [[nodiscard]] std::string make(Instant now);
     /// True once for each ticket.
     [[nodiscard]] bool take(std::string_view ticket, Instant now);
 
   private:
+    TokenSource new_token_;
     Nanoseconds lifetime_;
     std::map<std::string, Instant> expires_;  // by hash
 };
@@ -120,7 +118,7 @@ enum class Proof : std::uint8_t {
 class Authenticator {
   public:
     /// An empty key turns authentication off.
-    Authenticator(std::string key, std::vector<spool::SessionRecord> stored);
+    Authenticator(std::string key, std::vector<spool::SessionRecord> stored, TokenSource new_token);
 
     /// Checks X-Api-Key, Authorization: Bearer, and the cookie. A wrong key counts as a failure; a
     /// right one is never refused.
@@ -134,10 +132,10 @@ class Authenticator {
     static constexpr Nanoseconds kInvitationLifetime = std::chrono::seconds{120};
 
     SessionTable sessions;
-    TicketTable tickets{kLiveLifetime};
+    TicketTable tickets;
     AddressTable visitors;
     /// For a session of another browser, a phone's: whoever is signed in gives them out.
-    TicketTable invitations{kInvitationLifetime};
+    TicketTable invitations;
 
   private:
     std::string key_;

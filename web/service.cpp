@@ -87,7 +87,7 @@ Service::Service(ServiceOptions options, api::Context context, Authenticator aut
       analyzer_(analyzer),
       executors_(std::move(executors)) {
     context_.authenticator = &authenticator_;
-    context_.metrics = &metrics_;
+    if (!context_.metrics) context_.metrics = &counts_nothing_;
 }
 
 // ---- plan ---------------------------------------------------------------------------------------
@@ -98,7 +98,7 @@ std::optional<Response> Service::refuse(const RequestHead& head, const Client& c
                                         Proof& proof) {
     proof = authenticator_.prove(head, client.name, moment.now, moment.now_s);
     if (std::optional<Response> refusal = refusal_of(proof)) {
-        metrics_.count_refused_login();
+        context_.metrics->count_refused_login();
         return refusal;
     }
     // With a key in the request no browser page of another site can be behind it. Otherwise one may
@@ -134,7 +134,7 @@ std::optional<Response> Service::refuse_visitor(const RequestHead& head, const C
             : authenticator_.visitors.admits(client.name, moment.now) ? Proof::address
                                                                       : Proof::none;
     std::optional<Response> refusal = refusal_of(proof);
-    if (refusal) metrics_.count_refused_login();
+    if (refusal) context_.metrics->count_refused_login();
     return refusal;
 }
 
@@ -196,7 +196,7 @@ Plan Service::plan_route(const RequestHead& head, const api::Match& match, const
             return respond(match.route->handler(
                 context_, {{head, {}, client}, match.arguments, moment.now_s, moment.now, nullptr}));
         case api::Body::upload:
-            return admit_upload(head, match.route->open(context_.spool.blobs(), head, match.arguments));
+            return admit_upload(head, match.route->open(context_.spool.files(), head, match.arguments));
         case api::Body::live:
             if (!head.upgrades_to_websocket) {
                 return respond(
@@ -222,10 +222,10 @@ Plan Service::admit_upload(const RequestHead& head, Result<std::unique_ptr<Uploa
     // A multipart body is a little longer than its file. So the announced length is checked
     // coarsely, and the file exactly.
     constexpr std::uint64_t kWrapping = 256 * 1024;
-    if (head.content_length.value_or(0) > context_.spool.blobs().limits().size_max_bytes + kWrapping) {
+    if (head.content_length.value_or(0) > context_.spool.files().size_max_bytes() + kWrapping) {
         return respond(error_response(413, "out_of_range", "the file is longer than this printer accepts"));
     }
-    if (const Result<void> room = context_.spool.check_room(); !room)
+    if (const Result<void> room = context_.spool.storage().check_room(); !room)
         return respond(refused_upload(room.error()));
     std::erase_if(uploads_, [](const std::weak_ptr<Upload>& each) { return each.expired(); });
     if (uploads_.size() >= options_.uploads_max) {
@@ -301,7 +301,7 @@ void Service::end_upload(std::shared_ptr<Upload> upload, std::shared_ptr<const R
                 upload->discard();
                 return send(reply, refused_upload(finished.error()));
             }
-            metrics_.count_upload(upload->received());
+            context_.metrics->count_upload(upload->received());
             executors_.analysis(
                 [this, upload, request, moment, reply] { analyze(upload, request, moment, reply); });
         });
@@ -317,7 +317,7 @@ void Service::analyze(std::shared_ptr<Upload> upload, std::shared_ptr<const Requ
             upload->discard();
             return send(reply, refused_upload(put.error()));
         }
-        analysis = analyzer_.analyze(upload->file().path(), upload->file().layers_path());
+        analysis = upload->analyze(analyzer_);
     }
     if (!analysis.ok() || analysis->verdict != spool::Analysis::Verdict::fits) {
         upload->discard();

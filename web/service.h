@@ -102,7 +102,7 @@ class Service {
     void report_upload(const Upload& upload, std::uint64_t size);
 
     [[nodiscard]] LiveHub& live() { return live_; }
-    [[nodiscard]] Metrics& metrics() { return metrics_; }
+    [[nodiscard]] Metrics& metrics() { return *context_.metrics; }
 
   private:
     [[nodiscard]] std::optional<Response> refuse(const RequestHead& head, const Client& client, Moment moment,
@@ -131,7 +131,7 @@ class Service {
     spool::Analyzer& analyzer_;
     Executors executors_;
     LiveHub live_;
-    Metrics metrics_;
+    Metrics counts_nothing_;
     std::vector<std::weak_ptr<Upload>> uploads_;  // under way, and some that have ended
 };
 

@@ -1,12 +1,8 @@
 #include "web/upload.h"
 
-#include <fcntl.h>
-
 #include <algorithm>
 #include <vector>
 
-#include "posix/small_file.h"
-#include "posix/unique_fd.h"
 #include "spool/queue.h"
 
 namespace qduino::web {
@@ -17,8 +13,8 @@ constexpr std::size_t kFieldBytesMax = 4096;
 
 class RawUpload final : public Upload {
   public:
-    RawUpload(const spool::BlobStore& blobs, std::string name, std::map<std::string, std::string> fields)
-        : Upload(blobs) {
+    RawUpload(spool::Files& files, std::string name, std::map<std::string, std::string> fields)
+        : Upload(files) {
         name_ = std::move(name);
         fields_ = std::move(fields);
     }
@@ -33,8 +29,8 @@ class RawUpload final : public Upload {
 
 class MultipartUpload final : public Upload, private MultipartSink {
   public:
-    MultipartUpload(const spool::BlobStore& blobs, std::string_view boundary)
-        : Upload(blobs), parser_(boundary, *this) {}
+    MultipartUpload(spool::Files& files, std::string_view boundary)
+        : Upload(files), parser_(boundary, *this) {}
     Result<void> take(std::span<const char> bytes) override { return parser_.feed(bytes); }
 
   private:
@@ -71,7 +67,7 @@ class MultipartUpload final : public Upload, private MultipartSink {
 
 Result<void> Upload::begin_file(std::string name) {
     QDUINO_TRY(spool::check_name(name));
-    QDUINO_TRY_ASSIGN(file_, blobs_.stage());
+    QDUINO_TRY_ASSIGN(file_, files_.stage());
     name_ = std::move(name);
     return {};
 }
@@ -84,7 +80,7 @@ Result<void> Upload::write_file(std::span<const char> bytes) {
 
 std::optional<spool::Analysis> Upload::judge(spool::Analyzer& analyzer) {
     if (unread_.empty()) return std::nullopt;
-    if (!reading_) reading_ = analyzer.begin(file_->layers_path());
+    if (!reading_) reading_ = analyzer.begin(file_->layers());
     std::optional<spool::Analysis> refusal = reading_->feed(unread_);
     std::string{}.swap(unread_);
     return refusal;
@@ -109,18 +105,27 @@ Result<void> Upload::finish() {
 }
 
 Result<void> Upload::put_before(const std::string& lines) {
-    QDUINO_TRY_ASSIGN(std::unique_ptr<spool::StagedFile> whole, blobs_.stage());
+    QDUINO_TRY_ASSIGN(std::unique_ptr<spool::StagedFile> whole, files_.stage());
     QDUINO_TRY(whole->write(lines));
-    const posix::UniqueFd received{::open(file_->path().c_str(), O_RDONLY | O_CLOEXEC)};
+    const std::shared_ptr<const ByteSource> received = file_->content();
+    if (!received) return make_error(ErrorCode::internal, "the upload cannot be read back");
     std::vector<char> bytes(64 * 1024);
-    for (;;) {
-        QDUINO_TRY_ASSIGN(const std::size_t count, posix::read_some(received.get(), bytes, "the upload"));
+    for (std::uint64_t at = 0;;) {
+        QDUINO_TRY_ASSIGN(const std::size_t count, received->read_at(at, bytes));
         if (count == 0) break;
         QDUINO_TRY(whole->write(std::span{bytes}.first(count)));
+        at += count;
     }
     QDUINO_TRY(whole->seal());
+    reading_.reset();  // it packs into what goes now
     file_ = std::move(whole);
     return {};
+}
+
+Result<spool::Analysis> Upload::analyze(spool::Analyzer& analyzer) {
+    const std::shared_ptr<const ByteSource> whole = file_->content();
+    if (!whole) return make_error(ErrorCode::internal, "the uploaded file cannot be read back");
+    return analyzer.analyze(*whole, file_->layers());
 }
 
 std::string Upload::field(const std::string& name) const {
@@ -128,10 +133,10 @@ std::string Upload::field(const std::string& name) const {
     return at == fields_.end() ? std::string{} : at->second;
 }
 
-Result<std::unique_ptr<Upload>> open_multipart(const spool::BlobStore& blobs, const RequestHead& head,
+Result<std::unique_ptr<Upload>> open_multipart(spool::Files& files, const RequestHead& head,
                                                const std::vector<std::string>&) {
     QDUINO_TRY_ASSIGN(const std::string boundary, boundary_of(head.value("Content-Type")));
-    return std::unique_ptr<Upload>{std::make_unique<MultipartUpload>(blobs, boundary)};
+    return std::unique_ptr<Upload>{std::make_unique<MultipartUpload>(files, boundary)};
 }
 
 Result<std::string> name_in_folder(std::string_view folder, std::string_view name) {
@@ -154,7 +159,7 @@ Result<std::string> name_in_folder(std::string_view folder, std::string_view nam
     return whole;
 }
 
-Result<std::unique_ptr<Upload>> open_put(const spool::BlobStore& blobs, const RequestHead& head,
+Result<std::unique_ptr<Upload>> open_put(spool::Files& files, const RequestHead& head,
                                          const std::vector<std::string>& arguments) {
     const std::string_view path = arguments.back();
     const std::size_t slash = path.rfind('/');
@@ -165,7 +170,7 @@ Result<std::unique_ptr<Upload>> open_put(const spool::BlobStore& blobs, const Re
     std::map<std::string, std::string> fields{
         {"print", print ? "true" : "false"},
         {"sha256", std::string{trimmed(head.value("X-Content-SHA256"))}}};
-    return std::unique_ptr<Upload>{std::make_unique<RawUpload>(blobs, std::move(name), std::move(fields))};
+    return std::unique_ptr<Upload>{std::make_unique<RawUpload>(files, std::move(name), std::move(fields))};
 }
 
 }  // namespace qduino::web

@@ -20,7 +20,7 @@
 
 #include "base/result.h"
 #include "spool/analyzer.h"
-#include "spool/blob_store.h"
+#include "spool/files.h"
 #include "web/http/http.h"
 #include "web/http/multipart.h"
 
@@ -45,6 +45,8 @@ class Upload {
 
     /// The file is from now on `lines` and what was received. After finish(). Errors: as take().
     [[nodiscard]] Result<void> put_before(const std::string& lines);
+    /// Reads the whole file anew. After put_before(). Errors: as the analyzer's.
+    [[nodiscard]] Result<spool::Analysis> analyze(spool::Analyzer& analyzer);
     /// Removes what was received. Call it before a refusal is answered: a client that reads the
     /// answer then finds nothing left behind.
     void discard() {
@@ -60,12 +62,12 @@ class Upload {
     [[nodiscard]] std::uint64_t received() const { return file_ ? file_->size() : 0; }
 
   protected:
-    explicit Upload(const spool::BlobStore& blobs) : blobs_(blobs) {}
+    explicit Upload(spool::Files& files) : files_(files) {}
     [[nodiscard]] virtual Result<void> end() = 0;
     [[nodiscard]] Result<void> begin_file(std::string name);
     [[nodiscard]] Result<void> write_file(std::span<const char> bytes);
 
-    const spool::BlobStore& blobs_;
+    spool::Files& files_;
     std::unique_ptr<spool::StagedFile> file_;
     std::unique_ptr<spool::FileReading> reading_;
     std::string unread_;  // written, and not yet judged: a piece at most
@@ -79,13 +81,12 @@ class Upload {
 [[nodiscard]] Result<std::string> name_in_folder(std::string_view folder, std::string_view name);
 
 /// POST with multipart/form-data, one part of which is `file`. Errors: as boundary_of().
-[[nodiscard]] Result<std::unique_ptr<Upload>> open_multipart(const spool::BlobStore& blobs,
-                                                             const RequestHead& head,
+[[nodiscard]] Result<std::unique_ptr<Upload>> open_multipart(spool::Files& files, const RequestHead& head,
                                                              const std::vector<std::string>& arguments);
 
 /// PUT whose body is the file; its name, perhaps behind folders, is the last of `arguments`.
 /// Errors: as name_in_folder().
-[[nodiscard]] Result<std::unique_ptr<Upload>> open_put(const spool::BlobStore& blobs, const RequestHead& head,
+[[nodiscard]] Result<std::unique_ptr<Upload>> open_put(spool::Files& files, const RequestHead& head,
                                                        const std::vector<std::string>& arguments);
 
 }  // namespace qduino::web

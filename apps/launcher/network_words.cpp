@@ -2,8 +2,9 @@
 
 #include <algorithm>
 
+#include "base/parts.h"
 #include "base/text.h"
-#include "web/qr_code.h"
+#include "web/net/qr_code.h"
 
 namespace qduino::launcher {
 

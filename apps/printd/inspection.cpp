@@ -19,7 +19,7 @@ Inspection::Inspection(const std::string& socket)
     : client_(socket), thread_(std::make_unique<boost::asio::thread_pool>(1)) {}
 Inspection::~Inspection() = default;
 
-void Inspection::begin(std::uint64_t run, const std::filesystem::path& gcode) {
+void Inspection::begin(std::uint64_t run, const std::string& gcode) {
     const std::scoped_lock lock{mutex_};
     Answers& answers = answers_[run];
     if (std::exchange(answers.begin_asked, true)) return;

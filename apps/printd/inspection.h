@@ -25,7 +25,7 @@ class Inspection final : public spool::Inspector {
     explicit Inspection(const std::string& socket);
     ~Inspection() override;
 
-    void begin(std::uint64_t run, const std::filesystem::path& gcode) override;
+    void begin(std::uint64_t run, const std::string& gcode) override;
     bool begun(std::uint64_t run) override;
     void typed(std::uint64_t run, std::uint32_t number, std::uint64_t behind_line, double left_mm,
                const std::string& line) override;

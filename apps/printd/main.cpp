@@ -15,9 +15,8 @@
 #include <chrono>
 #include <csignal>
 #include <cstdio>
-#include <nlohmann/json.hpp>
 
-#include "apps/printd/analyzer.h"
+#include "analysis/preflight_analyzer.h"
 #include "apps/printd/inspection.h"
 #include "apps/printd/kept_settings_file.h"
 #include "apps/printd/options.h"
@@ -32,8 +31,13 @@
 #include "posix/small_file.h"
 #include "rights/own_view.h"
 #include "rights/privileges.h"
+#include "spool/disk/disk_storage.h"
+#include "spool/disk/recovery.h"
 #include "spool/link_source.h"
-#include "spool/recovery.h"
+#include "web/api/config_json.h"
+#include "web/net/key_file.h"
+#include "web/net/prometheus_metrics.h"
+#include "web/net/qr_code.h"
 #include "web/net/server.h"
 #include "web/net/static_folder.h"
 #include "web/publisher.h"
@@ -60,6 +64,7 @@ class LinkWatch final : public spool::LinkSource {
         auto opened = apps::open_link(path_);
         if (opened.ok()) {
             file_ = std::move(*opened);
+            file_.get()->service_pid.store(static_cast<std::uint32_t>(::getpid()), std::memory_order_release);
             trouble_.clear();
         } else if (opened.error().code != ErrorCode::not_found) {
             trouble_ = opened.error().message.view();
@@ -93,32 +98,6 @@ void start_log(bool verbose) {
     spdlog::set_default_logger(spdlog::stderr_color_mt("printd"));
     spdlog::set_pattern("%Y-%m-%d %H:%M:%S.%e %n %l: %v");
     spdlog::set_level(verbose ? spdlog::level::debug : spdlog::level::info);
-}
-
-/// What the page needs to know of the machine (docs/api.md, GET /api/v1/config).
-std::string config_json(const printer::MachineConfig& machine) {
-    nlohmann::ordered_json axes;
-    for (std::size_t i = 0; i < 4; ++i) {
-        const printer::AxisConfig& axis = machine.axes[i];
-        nlohmann::ordered_json& json = axes[std::string(1, "xyze"[i])];
-        json = {{"steps_per_mm", axis.steps_per_mm},
-                {"max_speed_mm_s", axis.max_speed.value()},
-                {"max_acceleration_mm_s2", axis.max_acceleration.value()}};
-        if (i == 3) continue;
-        json["min_mm"] = axis.minimum.value();
-        json["max_mm"] = axis.maximum.value();
-    }
-    const nlohmann::ordered_json json{
-        {"name", std::string{machine.name.view()}},
-        {"version", version()},
-        {"axes", axes},
-        {"hot_end",
-         {{"max_c", highest_target(machine.hot_end).value()},
-          {"min_extrude_c", machine.minimum_extrude.value()}}},
-        {"bed", {{"present", machine.has_bed}, {"max_c", highest_target(machine.bed).value()}}},
-        {"nozzle_mm", machine.nozzle_diameter.value()},
-        {"filament_mm", machine.filament_diameter.value()}};
-    return json.dump();
 }
 
 /// Rights, lock and key: everything that must be settled before a thread starts.
@@ -249,8 +228,9 @@ Result<Ground> prepare(const printd::Options& options) {
 
 web::api::Context context_of(spool::Spool& spool, const printer::MachineConfig& machine,
                              const std::filesystem::path& vcpu) {
-    web::api::Context context{spool, machine, config_json(machine), std::string{version()},
-                              [machine](std::string_view line) { return printd::check_line(machine, line); }};
+    web::api::Context context{
+        spool, machine, web::api::config_json(machine, version()), std::string{version()},
+        [machine](std::string_view line) { return analysis::check_line(machine, line); }};
     context.own_vcpu_json = [vcpu] {
         const auto read = posix::read_small_file(vcpu);
         return read ? *read : std::string{};
@@ -301,26 +281,29 @@ Result<std::unique_ptr<printd::SerialHost>> start_serial_host(const printd::Opti
 
 spool::SpoolOptions spool_options_of(const printd::Options& options) {
     spool::SpoolOptions spool;
-    spool.folder = options.state;
-    spool.limits.size_max_bytes = options.upload_max_mib << 20;
     spool.hold_after_failure = options.after_failure == "hold";
     spool.confirm_bed = options.confirm_bed;
     spool.retention = {options.keep_jobs, options.keep_days, options.store_max_mib << 20};
-    spool.opened_s = clock_now().now_s;
     return spool;
+}
+
+Result<std::unique_ptr<spool::DiskStorage>> open_storage(const printd::Options& options,
+                                                         spool::Analyzer& analyzer) {
+    spool::DiskOptions disk{.folder = options.state, .analyzer = &analyzer, .opened_s = clock_now().now_s};
+    disk.limits.size_max_bytes = options.upload_max_mib << 20;
+    return spool::DiskStorage::open(std::move(disk));
 }
 
 Result<void> serve(const printd::Options& options, const printer::MachineConfig& machine, Ground ground) {
     LinkWatch link{options.link};
     std::optional<printd::Inspection> inspection;
     if (!options.inspect.empty()) inspection.emplace(options.inspect);
-    spool::SpoolOptions spool_options = spool_options_of(options);
-    printd::PreflightAnalyzer analyzer{machine};
+    analysis::PreflightAnalyzer analyzer{machine};
     printd::StepCostFile step_cost{options.state, analyzer};
     printd::KeptSettingsFile kept{options.state};
-    spool_options.analyzer = &analyzer;
-    QDUINO_TRY_ASSIGN(const auto spool,
-                      spool::Spool::open(spool_options, link, inspection ? &*inspection : nullptr));
+    QDUINO_TRY_ASSIGN(auto storage, open_storage(options, analyzer));
+    QDUINO_TRY_ASSIGN(const auto spool, spool::Spool::open(spool_options_of(options), std::move(storage),
+                                                           link, inspection ? &*inspection : nullptr));
     for (const std::string& line : spool->take_log()) spdlog::info("{}", line);
     QDUINO_TRY_ASSIGN(auto sessions, spool->store().sessions());
     web::StaticFiles files;
@@ -330,6 +313,9 @@ Result<void> serve(const printd::Options& options, const printer::MachineConfig&
     std::string network_address;  // set before anything is served
     web::api::Context context = context_of(*spool, machine, options.vcpu);
     context.network_address = [&network_address] { return network_address; };
+    web::PrometheusMetrics metrics;
+    context.metrics = &metrics;
+    context.qr_code = web::qr_code_of;
     // Last in, first out: the threads end before what their tasks use.
     std::unique_ptr<web::Service> service;
     std::unique_ptr<web::Publisher> publisher;
@@ -338,8 +324,8 @@ Result<void> serve(const printd::Options& options, const printer::MachineConfig&
     service = std::make_unique<web::Service>(
         web::ServiceOptions{web::HostPolicy{allowed_hosts(options)}, 32,
                             web::Proxies{options.trusted_proxies}, options.prologue},
-        std::move(context), web::Authenticator{ground.key, std::move(sessions)}, std::move(files), analyzer,
-        threads.executors());
+        std::move(context), web::Authenticator{ground.key, std::move(sessions), web::random_token},
+        std::move(files), analyzer, threads.executors());
     publisher = std::make_unique<web::Publisher>(*spool, *service, threads.executors().io,
                                                  [](const std::string& line) { spdlog::info("{}", line); });
     web::ServerOptions server_options;
@@ -372,9 +358,9 @@ Result<void> serve(const printd::Options& options, const printer::MachineConfig&
     return {};
 }
 
-/// Offline: makes jobs out of their files (spool/recovery.h).
+/// Offline: makes jobs out of their files (spool/disk/recovery.h).
 Result<void> recover(const printd::Options& options, const printer::MachineConfig& machine) {
-    printd::PreflightAnalyzer analyzer{machine};
+    analysis::PreflightAnalyzer analyzer{machine};
     const printd::StepCostFile step_cost{options.state, analyzer};
     const auto say = [](const std::string& line) { std::printf("%s\n", line.c_str()), std::fflush(stdout); };
     QDUINO_TRY_ASSIGN(const spool::Recovered done,

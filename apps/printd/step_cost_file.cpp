@@ -14,7 +14,7 @@ bool is_step_cost(std::int64_t ns) { return ns > 0 && ns <= 1'000'000; }
 
 }  // namespace
 
-StepCostFile::StepCostFile(const std::filesystem::path& state, PreflightAnalyzer& analyzer)
+StepCostFile::StepCostFile(const std::filesystem::path& state, analysis::PreflightAnalyzer& analyzer)
     : path_(state / "step-cost-ns"), analyzer_(analyzer) {
     const Result<std::string> text = posix::read_small_file(path_);
     std::int64_t ns = 0;

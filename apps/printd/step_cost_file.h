@@ -5,7 +5,7 @@
 
 #include <filesystem>
 
-#include "apps/printd/analyzer.h"
+#include "analysis/preflight_analyzer.h"
 #include "printer/link/layout.h"
 
 namespace qduino::printd {
@@ -13,7 +13,7 @@ namespace qduino::printd {
 class StepCostFile {
   public:
     /// Gives `analyzer`, which outlives it, the cost that is on file in `state`, if there is one.
-    StepCostFile(const std::filesystem::path& state, PreflightAnalyzer& analyzer);
+    StepCostFile(const std::filesystem::path& state, analysis::PreflightAnalyzer& analyzer);
 
     /// Takes what the sketch behind `link` (may be null) has measured. True when that is news: it
     /// is then on file, if it can be.
@@ -21,7 +21,7 @@ class StepCostFile {
 
   private:
     std::filesystem::path path_;
-    PreflightAnalyzer& analyzer_;
+    analysis::PreflightAnalyzer& analyzer_;
 };
 
 }  // namespace qduino::printd

@@ -10,6 +10,7 @@
 
 #include "apps/printer_sim/sim_printer.h"
 #include "apps/printer_sim/step_log.h"
+#include "posix/file_bytes.h"
 #include "posix/small_file.h"
 #include "printer/estimate/estimator.h"
 #include "printer/gcode/content.h"
@@ -65,7 +66,7 @@ Result<spool::Feeder> open_job(const std::string& path, std::uint64_t id,
     const auto content = printer::gcode::look_at_content(std::span{head}.first(*count), machine);
     if (content != printer::gcode::Content::gcode)
         return make_error(ErrorCode::unsupported, path, ": ", printer::gcode::explain(content));
-    return spool::Feeder{std::move(file), id, std::filesystem::file_size(path)};
+    return spool::Feeder{std::make_shared<posix::FileBytes>(std::move(file)), id};
 }
 
 /// What the print service asks before it takes a job: does it fit this machine? Returns the lines

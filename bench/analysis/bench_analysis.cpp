@@ -18,11 +18,12 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "apps/printd/analyzer.h"
+#include "analysis/preflight_analyzer.h"
 #include "bench/rig/report.h"
+#include "posix/file_bytes.h"
 #include "posix/small_file.h"
 #include "posix/unique_fd.h"
-#include "spool/sha256.h"
+#include "spool/disk/sha256.h"
 #include "terminal/command_line.h"
 
 namespace qduino::bench {
@@ -114,8 +115,9 @@ std::string measure(const std::filesystem::path& path, const std::filesystem::pa
     const Result<std::string> hash = hash_of(path);
     if (!hash.ok()) return std::string{hash.error().message.view()};
     const double hashed_s = cpu_s() - begun_s;
-    printd::PreflightAnalyzer analyzer{printer::MachineConfig{}};
-    const Result<spool::Analysis> analysis = analyzer.analyze(path, layers);
+    analysis::PreflightAnalyzer analyzer{printer::MachineConfig{}};
+    posix::FileSink packed{layers};
+    const Result<spool::Analysis> analysis = analyzer.analyze(*posix::FileBytes::open(path), packed);
     if (!analysis.ok()) return std::string{analysis.error().message.view()};
     const double all_s = cpu_s() - begun_s;
     if (analysis->verdict != spool::Analysis::Verdict::fits) return analysis->message;

@@ -26,8 +26,8 @@
 #include "bench/rig/child.h"
 #include "bench/rig/report.h"
 #include "board/linux/kernel/clock.h"
-#include "spool/blob_store.h"
-#include "spool/store.h"
+#include "spool/disk/blob_store.h"
+#include "spool/disk/sqlite_store.h"
 
 namespace qduino::bench {
 namespace {
@@ -91,7 +91,7 @@ void write_files(const BlobStore& blobs, const Job& job) {
 
 void make_folder(const std::filesystem::path& folder, int jobs) {
     const auto blobs = BlobStore::open(folder, {});
-    const auto store = Store::open(folder / "journal.sqlite");
+    const auto store = SqliteStore::open(folder / "journal.sqlite");
     if (!blobs.ok() || !store.ok()) give_up("cannot make a state folder in " + folder.string());
     Commit commit;
     for (int id = 1; id <= jobs; ++id) {

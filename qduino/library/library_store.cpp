@@ -9,7 +9,7 @@
 #include "qduino/common/build_step.h"
 #include "qduino/common/tool_run.h"
 #include "qduino/common/words.h"
-#include "spool/sha256.h"
+#include "spool/disk/sha256.h"
 
 namespace qduino::apps {
 namespace {

@@ -83,8 +83,8 @@ Response rr_disconnect(Context& context, const Call& call) {
 class DuetUpload final : public Upload {
   public:
     /// Without `crc32` the bytes are taken as they come.
-    DuetUpload(const spool::BlobStore& blobs, std::string name, std::optional<std::uint32_t> crc32)
-        : Upload(blobs), declared_(crc32) {
+    DuetUpload(spool::Files& files, std::string name, std::optional<std::uint32_t> crc32)
+        : Upload(files), declared_(crc32) {
         name_ = std::move(name);
     }
     Result<void> take(std::span<const char> bytes) override {
@@ -117,11 +117,11 @@ Result<std::optional<std::uint32_t>> declared_crc32(const std::string& digits) {
 }
 
 /// The time of the sender's file comes, too. Jobs have the time at which they came.
-Result<std::unique_ptr<Upload>> open_rr_upload(const spool::BlobStore& blobs, const RequestHead& head,
+Result<std::unique_ptr<Upload>> open_rr_upload(spool::Files& files, const RequestHead& head,
                                                const std::vector<std::string>&) {
     QDUINO_TRY_ASSIGN(std::string name, name_of_job(head.query_value("name")));
     QDUINO_TRY_ASSIGN(const std::optional<std::uint32_t> crc32, declared_crc32(head.query_value("crc32")));
-    return std::unique_ptr<Upload>{std::make_unique<DuetUpload>(blobs, std::move(name), crc32)};
+    return std::unique_ptr<Upload>{std::make_unique<DuetUpload>(files, std::move(name), crc32)};
 }
 
 Response rr_uploaded(Context&, const Call&) { return err_answer(true); }

@@ -1,8 +1,5 @@
 // /api/v1/jobs and /api/v1/queue: what a person may do with jobs (docs/api.md, "Jobs").
-#include <sys/stat.h>
-
 #include "base/whole_number.h"
-#include "posix/small_file.h"
 #include "web/api/json.h"
 #include "web/api/route.h"
 #include "web/upload.h"
@@ -11,7 +8,7 @@ namespace qduino::web::api {
 
 namespace {
 
-using spool::BlobPart;
+using spool::FilePart;
 using spool::Job;
 using spool::JobPatch;
 
@@ -28,14 +25,15 @@ Response answer_job(Context& context, spool::JobId id, const Result<void>& done)
     return job ? json_response(job_json(context.spool, *job)) : no_such_job();
 }
 
-std::uint64_t size_of(const std::filesystem::path& path) {
-    struct stat found {};
-    return ::stat(path.c_str(), &found) == 0 ? static_cast<std::uint64_t>(found.st_size) : 0;
+/// Null: it is not there.
+std::shared_ptr<const ByteSource> part_of(Context& context, const Job& job, FilePart part) {
+    return context.spool.files().content(job.sha256, part);
 }
 
-Response file_response(const std::filesystem::path& path, std::uint64_t offset, std::uint64_t length,
-                       std::string content_type) {
-    return {.content_type = std::move(content_type), .file = FileRange{path, offset, length}};
+Response file_response(std::shared_ptr<const ByteSource> bytes, std::string content_type) {
+    if (!bytes) return refused(ErrorCode::not_found, "the job's file is missing");
+    const std::uint64_t size = bytes->size();
+    return {.content_type = std::move(content_type), .file = FileRange{std::move(bytes), 0, size}};
 }
 
 Response list_jobs(Context& context, const Call& call) {
@@ -118,16 +116,14 @@ std::string attachment(const std::string& name) {
 }
 
 Response job_file(Context& context, const Call&, const Job& job) {
-    Response response = file_response(context.spool.blobs().path(job.sha256, BlobPart::gcode), 0, job.size,
-                                      "application/octet-stream");
+    Response response = file_response(part_of(context, job, FilePart::gcode), "application/octet-stream");
     response.add("Content-Disposition", attachment(job.name));
     return response;
 }
 
 Response job_thumbnail(Context& context, const Call&, const Job& job) {
     if (!job.has_thumbnail) return refused(ErrorCode::not_found, "the job's file holds no thumbnail");
-    const auto path = context.spool.blobs().path(job.sha256, BlobPart::thumbnail);
-    Response response = file_response(path, 0, size_of(path), "image/png");
+    Response response = file_response(part_of(context, job, FilePart::thumbnail), "image/png");
     response.add("Cache-Control", "private, max-age=86400, immutable");
     return response;
 }
@@ -135,7 +131,8 @@ Response job_thumbnail(Context& context, const Call&, const Job& job) {
 /// The index of packed layers; an empty array when none were packed.
 Json layers_of(Context& context, const Job& job) {
     if (!job.has_layers) return Json::array();
-    const auto text = posix::read_small_file(context.spool.blobs().path(job.sha256, BlobPart::layers_index));
+    const auto index = part_of(context, job, FilePart::layers_index);
+    const Result<std::string> text = index ? read_whole(*index) : std::string{};
     Json layers = Json::parse(text ? *text : "", nullptr, false);
     return layers.is_array() ? layers : Json::array();
 }
@@ -159,10 +156,11 @@ Response packed_layers(Context& context, const Call& call, const Job& job) {
     for (std::size_t i = 0; i <= *last; ++i) {
         (i < *first ? offset : length) += layers[i].value("bytes", std::uint64_t{0});
     }
-    const auto path = context.spool.blobs().path(job.sha256, BlobPart::layers);
-    if (size_of(path) < offset + length)
+    auto packed = part_of(context, job, FilePart::layers);
+    if (!packed || packed->size() < offset + length)
         return refused(ErrorCode::not_found, "the packed layers are missing");
-    Response response = file_response(path, offset, length, "application/octet-stream");
+    Response response{.content_type = "application/octet-stream",
+                      .file = FileRange{std::move(packed), offset, length}};
     response.add("Cache-Control", "private, max-age=86400, immutable");
     return response;
 }

@@ -41,10 +41,12 @@ std::optional<double> remaining_of(const spool::Spool& spool, const spool::Job& 
 
 Json gate_json(const spool::Spool& spool) {
     const spool::QueueGate& gate = spool.gate();
-    return {{"held", !gate.hold_reason.empty()},
-            {"reason", text_or_null(gate.hold_reason)},
-            {"bed_occupied", gate.bed_occupied},
-            {"confirm_bed", spool.confirms_bed()}};
+    Json json{{"held", !gate.hold_reason.empty()},
+              {"reason", text_or_null(gate.hold_reason)},
+              {"bed_occupied", gate.bed_occupied},
+              {"confirm_bed", spool.confirms_bed()}};
+    if (!spool.storage().is_durable()) json["durable"] = false;
+    return json;
 }
 
 }  // namespace

@@ -37,11 +37,13 @@ struct Context {
     /// Judges one line of G-code before it is sent; empty: the machine alone judges.
     std::function<Result<void>(std::string_view)> check_line;
     Authenticator* authenticator = nullptr;  ///< the service's own, for routes of the I/O thread
-    Metrics* metrics = nullptr;              ///< the service's own
+    Metrics* metrics = nullptr;              ///< null: nothing is counted
     /// What holds this service to its budget, and what it has used, JSON; empty: nobody knows.
     std::function<std::string()> own_vcpu_json = nullptr;
     /// "https://192.168.1.5:8080": where others on the network come; empty: only this computer can.
     std::function<std::string()> network_address = nullptr;
+    /// Rows of modules ("1101…") for a text; empty: nobody draws one.
+    std::function<std::vector<std::string>(std::string_view)> qr_code = nullptr;
 };
 
 /// The second half of an answer, run on the spool's thread: its response is the one that is sent.
@@ -60,7 +62,7 @@ struct Call {
 using Handler = Response (*)(Context&, const Call&);
 
 /// Makes the receiver of an upload's body from its head. `arguments` as in Call.
-using UploadOpener = Result<std::unique_ptr<Upload>> (*)(const spool::BlobStore&, const RequestHead&,
+using UploadOpener = Result<std::unique_ptr<Upload>> (*)(spool::Files&, const RequestHead&,
                                                          const std::vector<std::string>& arguments);
 
 /// The thread that answers: the spool's, one request at a time; or the I/O thread, which must not

@@ -11,7 +11,6 @@
 #include "web/authentication.h"
 #include "web/http/forwarded.h"
 #include "web/metrics.h"
-#include "web/qr_code.h"
 
 namespace qduino::web::api {
 
@@ -83,7 +82,7 @@ Response invitation(Context& context, const Call& call) {
     std::string address = call.request.client.address();
     if (is_of_this_computer(call.request.client.host))
         address = context.network_address ? context.network_address() : std::string{};
-    if (address.empty())
+    if (address.empty() || !context.qr_code)
         return refused(ErrorCode::not_found,
                        "only this computer can reach the printer: start it with ./run --lan");
     Authenticator& authenticator = *context.authenticator;
@@ -92,17 +91,18 @@ Response invitation(Context& context, const Call& call) {
                                  : address + "/#ticket=" + authenticator.invitations.make(call.now);
     return json_response({{"url", link},
                           {"valid_s", Authenticator::kInvitationLifetime / std::chrono::seconds{1}},
-                          {"qr", qr_code_of(link)}},
+                          {"qr", context.qr_code(link)}},
                          201);
 }
 
 Response metrics(Context& context, const Call&) {
-    return {.content_type = "text/plain; version=0.0.4; charset=utf-8",
-            .body = context.metrics->text(context.spool)};
+    std::string text = context.metrics->text(context.spool);
+    if (text.empty()) return refused(ErrorCode::not_found, "this printer counts nothing");
+    return {.content_type = "text/plain; version=0.0.4; charset=utf-8", .body = std::move(text)};
 }
 
 Response health(Context& context, const Call&) {
-    const std::string trouble = context.spool.trouble();
+    const std::string trouble = context.spool.storage().trouble();
     if (trouble.empty()) return {.content_type = "text/plain", .body = "ok\n"};
     return {.status = 503, .content_type = "text/plain", .body = trouble + '\n'};
 }

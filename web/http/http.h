@@ -8,6 +8,8 @@
 #include <string_view>
 #include <vector>
 
+#include "base/bytes.h"
+
 namespace qduino::web {
 
 enum class Method : std::uint8_t { get, head, post, put, patch, remove, other };
@@ -59,7 +61,7 @@ struct Request {
 
 /// A part of a file as an answer's body.
 struct FileRange {
-    std::string path;
+    std::shared_ptr<const ByteSource> bytes;
     std::uint64_t offset = 0;
     std::uint64_t length = 0;
 };

@@ -1,9 +1,6 @@
 #include "web/net/server.h"
-#include "posix/unique_fd.h"
 
-#include <fcntl.h>
 #include <sys/resource.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -438,11 +435,10 @@ class Session : public std::enable_shared_from_this<Session> {
         writing_ = true;
         FileRange& range = *output_.file;
         const std::size_t count = static_cast<std::size_t>(std::min<std::uint64_t>(kFilePiece, range.length));
-        server_.disk([self = shared_from_this(), path = range.path, offset = range.offset, count] {
+        server_.disk([self = shared_from_this(), bytes = range.bytes, offset = range.offset, count] {
             std::string piece(count, '\0');
-            const posix::UniqueFd file{::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW)};
-            const ssize_t got = ::pread(file.get(), piece.data(), count, static_cast<off_t>(offset));
-            piece.resize(got > 0 ? static_cast<std::size_t>(got) : 0);
+            const Result<std::size_t> got = bytes->read_at(offset, piece);
+            piece.resize(got ? *got : 0);
             asio::post(self->server_.io,
                        [self, piece = std::move(piece)]() mutable { self->send_file(std::move(piece)); });
         });

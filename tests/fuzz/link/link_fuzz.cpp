@@ -8,14 +8,13 @@
 // bytes, then its text). Properties: every frame that the reader accepts encodes to the very bytes
 // that it was read from; the status and the guarantee report that go out are valid JSON, and a
 // report that passed once passes again; a job is never begun twice with the same run.
-#include <unistd.h>
-
 #include <cstdint>
 #include <cstring>
 #include <memory>
 #include <nlohmann/json.hpp>
 
 #include "printer/link/frame.h"
+#include "spool/memory_storage.h"
 #include "spool/spool.h"
 #include "tests/fuzz/gcode/fuzz_check.h"
 #include "web/api/guarantee.h"
@@ -60,20 +59,15 @@ class World {
   public:
     World() : layout_(std::make_unique<LinkLayout>()), link_(layout_.get()) {
         layout_->session = 1;
-        std::string pattern = (std::filesystem::temp_directory_path() / "fuzz-link-XXXXXX").string();
-        FUZZ_EXPECT(::mkdtemp(pattern.data()) != nullptr);
-        folder_ = pattern;
         spool::SpoolOptions options;
-        options.folder = folder_;
-        options.limits.free_space_min_bytes = 0;
-        options.journal_in_memory = true;
         options.hold_after_failure = false;
-        spool_ = std::move(spool::Spool::open(options, link_, nullptr)).value();
-        auto file = spool_->blobs().stage().value();
+        auto storage = std::make_unique<spool::MemoryStorage>(spool::MemoryFiles::Limits{1, 1000, 0});
+        spool_ = std::move(spool::Spool::open(options, std::move(storage), link_, nullptr)).value();
+        FUZZ_EXPECT(spool_->bed_cleared());
+        auto file = spool_->files().stage().value();
         FUZZ_EXPECT(file->write(std::string_view{"G28\nG1 X1 F600\n"}).ok() && file->seal().ok());
         job_ = *spool_->add(*file, {}, {"fuzz.gcode", 1, 0, false}, 1);
     }
-    ~World() { std::filesystem::remove_all(folder_); }
 
     void run(Input input) {
         for (int steps = 0; !input.empty() && steps < 200; ++steps) step(input);
@@ -178,7 +172,6 @@ class World {
 
     std::unique_ptr<LinkLayout> layout_;
     FixedLink link_;
-    std::filesystem::path folder_;
     std::unique_ptr<spool::Spool> spool_;
     spool::JobId job_ = 0;
     std::uint64_t last_run_ = 0;

@@ -1,21 +1,20 @@
-// The whole way of an upload without its socket: bytes → connection → service → spool, with the
-// journal in memory.
+// The whole way of an upload without its socket: bytes → connection → service → spool, with
+// jobs and files in memory.
 //
 // Input: one byte that seeds the cutting into reads, then the peer's bytes. Authentication is off,
 // so that the fuzzer need not guess a key. Properties: every answer begins as HTTP does and comes
-// when the one before is sent; memory stays bounded; nothing stays in incoming/, and nothing is
-// there once a refusal is answered; a queued job is stored whole under its own SHA-256.
-#include <unistd.h>
-
+// when the one before is sent; memory stays bounded; an upload that is over, or whose
+// refusal is answered, gives its place back; a queued job is stored whole under its own SHA-256.
 #include <algorithm>
 #include <cstdint>
-#include <deque>
-#include <fstream>
-#include <iterator>
 #include <random>
+#include <set>
 
+#include "base/sha256.h"
+#include "spool/memory_storage.h"
 #include "tests/fuzz/gcode/fuzz_check.h"
 #include "web/connection.h"
+#include "web/one_thread.h"
 
 namespace {
 
@@ -63,25 +62,19 @@ class AnyReading final : public spool::FileReading {
 
 class AnyAnalyzer final : public spool::Analyzer {
   public:
-    std::unique_ptr<spool::FileReading> begin(const std::filesystem::path&) override {
-        return std::make_unique<AnyReading>();
-    }
+    std::unique_ptr<spool::FileReading> begin(ByteSink&) override { return std::make_unique<AnyReading>(); }
 };
 
 class World {
   public:
-    World() : folder_(make_folder()) {
-        spool::SpoolOptions options;
-        options.folder = folder_;
-        options.limits = {64 * 1024, 0};
-        options.journal_in_memory = true;
-        spool_ = std::move(spool::Spool::open(options, link_, nullptr)).value();
-        const Executor at_once = [this](Task task) { run(std::move(task)); };
+    World() {
+        auto storage =
+            std::make_unique<spool::MemoryStorage>(spool::MemoryFiles::Limits{kPlaces, 64 * 1024, 0});
+        spool_ = std::move(spool::Spool::open({}, std::move(storage), link_, nullptr)).value();
         service_ = std::make_unique<Service>(
-            ServiceOptions{HostPolicy{{}}, 4}, api::Context{*spool_, {}, "{}", "", {}}, Authenticator{"", {}},
-            StaticFiles{}, analyzer_, Executors{at_once, at_once, at_once, at_once});
+            ServiceOptions{HostPolicy{{}}, 4}, api::Context{*spool_, {}, "{}", "", {}},
+            Authenticator{"", {}, no_token}, StaticFiles{}, analyzer_, thread_.executors());
     }
-    ~World() { std::filesystem::remove_all(folder_); }
 
     void serve(std::string_view bytes, std::uint64_t seed) {
         std::mt19937_64 random{seed};
@@ -96,7 +89,7 @@ class World {
             bytes.remove_prefix(count);
             check_output(*connection, moment);
             // A refusal that is answered leaves nothing behind, however much is still to come.
-            if (connection->wants_close()) FUZZ_EXPECT(std::filesystem::is_empty(folder_ / "incoming"));
+            if (connection->wants_close()) FUZZ_EXPECT(free_places() == kPlaces - files().size());
             FUZZ_EXPECT(connection->held_bytes() < 2 * ReadLimits{}.header_bytes_max + 64 * 1024);
         }
         connection->receive_end();
@@ -106,15 +99,20 @@ class World {
     }
 
   private:
-    static std::filesystem::path make_folder() {
-        std::string pattern = (std::filesystem::temp_directory_path() / "fuzz-upload-XXXXXX").string();
-        FUZZ_EXPECT(::mkdtemp(pattern.data()) != nullptr);
-        return pattern;
+    static constexpr std::size_t kPlaces = 8;
+
+    static std::string no_token() { return std::string(kTokenLength, 't'); }
+    /// How many files the memory would take now.
+    std::size_t free_places() {
+        std::vector<std::unique_ptr<spool::StagedFile>> staged;
+        while (auto next = spool_->files().stage()) staged.push_back(std::move(*next));
+        return staged.size();
     }
-    void run(Task task) {
-        tasks_.push_back(std::move(task));
-        if (tasks_.size() > 1) return;
-        for (; !tasks_.empty(); tasks_.pop_front()) tasks_.front()();
+    /// The files of jobs.
+    std::set<std::string> files() {
+        std::set<std::string> found;
+        for (const spool::Job& job : spool_->queue().jobs()) found.insert(job.sha256);
+        return found;
     }
     static void check_output(Connection& connection, Moment moment) {
         while (const auto output = connection.take_output()) {
@@ -124,27 +122,28 @@ class World {
         }
     }
     void check_store() {
-        FUZZ_EXPECT(std::filesystem::is_empty(folder_ / "incoming"));
+        FUZZ_EXPECT(free_places() == kPlaces - files().size());
         spool::JobQuery all;
         all.limit = spool::JobQuery::kLimitMax;
         const auto page = spool_->page(all);
         FUZZ_EXPECT(page.ok() && !page->next_before);
         for (const spool::Job& job : page->jobs) {
-            std::ifstream file{spool_->blobs().path(job.sha256, spool::BlobPart::gcode), std::ios::binary};
-            const std::string bytes{std::istreambuf_iterator<char>{file}, {}};
-            FUZZ_EXPECT(bytes.size() == job.size && spool::sha256_of(bytes) == job.sha256);
+            const auto file = spool_->files().content(job.sha256, spool::FilePart::gcode);
+            const std::string bytes = read_whole(*file).value();
+            BareSha256 hash;
+            hash.add(bytes);
+            FUZZ_EXPECT(bytes.size() == job.size && hash.finish() == job.sha256);
             FUZZ_EXPECT(spool::check_name(job.name).ok());
         }
         for (const spool::Job& job : page->jobs) FUZZ_EXPECT(spool_->remove(job.id).ok());
         FUZZ_EXPECT(spool_->counts().total() == 0 && spool_->store().stored_bytes() == 0);
-        FUZZ_EXPECT(std::filesystem::is_empty(folder_ / "blobs"));
+        FUZZ_EXPECT(free_places() == kPlaces);
         static_cast<void>(spool_->take_log());
     }
 
-    std::filesystem::path folder_;
     NoLink link_;
     AnyAnalyzer analyzer_;
-    std::deque<Task> tasks_;
+    OneThread thread_;
     std::unique_ptr<spool::Spool> spool_;
     std::unique_ptr<Service> service_;
 };

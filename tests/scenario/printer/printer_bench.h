@@ -59,9 +59,7 @@ class PrinterBench {
         return true;
     }
     void job(std::string text, std::uint64_t id = 1) {
-        posix::UniqueFd file{::memfd_create("job", MFD_CLOEXEC)};
-        ASSERT_TRUE(posix::write_all(file.get(), text, "job"));
-        feeder_.emplace(std::move(file), id, text.size());
+        feeder_.emplace(std::make_shared<BytesInMemory>(std::make_shared<const std::string>(text)), id);
         watch(std::move(text));
     }
     /// From here on the twin compares with `text`, whoever prints it.

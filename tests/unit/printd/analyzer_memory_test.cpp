@@ -6,7 +6,8 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 
-#include "apps/printd/analyzer.h"
+#include "analysis/preflight_analyzer.h"
+#include "posix/file_bytes.h"
 #include "printer/preflight/layer_tracker.h"
 #include "tests/unit/printd/heap_peak.h"
 
@@ -35,10 +36,11 @@ class AnalyzerMemory : public ::testing::Test {
             for (int i = 0; static_cast<std::size_t>(out.tellp()) < bytes; ++i) out << piece(i);
         }
         analysis_ = {};
-        PreflightAnalyzer analyzer{printer::MachineConfig{}};
+        analysis::PreflightAnalyzer analyzer{printer::MachineConfig{}};
         testing::reset_heap_peak();
         const std::size_t before = testing::heap_bytes();
-        auto analysis = analyzer.analyze(folder_ / "job", folder_ / "layers");
+        posix::FileSink layers{folder_ / "layers"};
+        auto analysis = analyzer.analyze(*posix::FileBytes::open(folder_ / "job"), layers);
         EXPECT_TRUE(analysis.ok());
         analysis_ = std::move(analysis).value();
         return testing::heap_peak() - before;

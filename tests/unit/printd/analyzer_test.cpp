@@ -1,36 +1,39 @@
 // The analyzer of printd: preflight's findings as verdicts, facts as JSON, layers as a file with
 // its index.
-#include "apps/printd/analyzer.h"
+#include "analysis/preflight_analyzer.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
-#include <fstream>
 #include <nlohmann/json.hpp>
 
-namespace qduino::printd::analyzer_test {
+namespace qduino::analysis::analyzer_test {
 namespace {
 
 using ::testing::HasSubstr;
 using Verdict = spool::Analysis::Verdict;
 
+/// Layers in memory; those beyond `room` are refused with `refusal`.
+class Layers final : public ByteSink {
+  public:
+    Result<void> write(std::span<const char> more) override {
+        if (bytes.size() + more.size() > room) return make_error(refusal, "no room");
+        bytes.append(more.data(), more.size());
+        return {};
+    }
+    std::string bytes;
+    std::size_t room = 1 << 20;
+    ErrorCode refusal = ErrorCode::unavailable;
+};
+
 class AnalyzerTest : public ::testing::Test {
   protected:
-    void SetUp() override {
-        std::string pattern = (std::filesystem::temp_directory_path() / "analyzer-XXXXXX").string();
-        ASSERT_NE(::mkdtemp(pattern.data()), nullptr);
-        folder_ = pattern;
-    }
-    void TearDown() override { std::filesystem::remove_all(folder_); }
-    spool::Analysis analyze(const std::string& content) {
-        std::ofstream{folder_ / "job", std::ios::binary} << content;
+    Result<spool::Analysis> ask(const std::string& content) {
         PreflightAnalyzer analyzer{machine_};
-        auto analysis = analyzer.analyze(folder_ / "job", folder_ / "layers");
-        EXPECT_TRUE(analysis.ok());
-        return analysis.value();
+        return analyzer.analyze(BytesInMemory{std::make_shared<const std::string>(content)}, layers_);
     }
-    std::filesystem::path folder_;
+    spool::Analysis analyze(const std::string& content) { return ask(content).value(); }
+    Layers layers_;
     printer::MachineConfig machine_;
 };
 
@@ -64,7 +67,7 @@ TEST_F(AnalyzerTest, TheIndexOfLayersFitsTheirFile) {
     ASSERT_EQ(layers.size(), 2u);
     std::uint64_t bytes = 0;
     for (const auto& layer : layers) bytes += layer["bytes"].get<std::uint64_t>();
-    EXPECT_EQ(bytes, std::filesystem::file_size(folder_ / "layers"));
+    EXPECT_EQ(bytes, layers_.bytes.size());
     EXPECT_EQ(layers[0]["segments"], 2);
     EXPECT_EQ(layers[1]["segments"], 1);
     EXPECT_NEAR(layers[1]["time_s"].get<double>(), 2, 0.3) << "40 mm at 20 mm/s";
@@ -88,17 +91,28 @@ TEST_F(AnalyzerTest, WhatIsNoGcodeIsSaid) {
     EXPECT_FALSE(analyze("GCDE\x01").message.empty());
 }
 
-TEST_F(AnalyzerTest, AMissingFileIsAnError) {
+TEST_F(AnalyzerTest, AFileThatCannotBeReadIsAnError) {
+    class Broken final : public ByteSource {
+        std::uint64_t size() const override { return 1; }
+        Result<std::size_t> read_at(std::uint64_t, std::span<char>) const override {
+            return make_error(ErrorCode::corrupt, "broken");
+        }
+    };
     PreflightAnalyzer analyzer{machine_};
-    EXPECT_FALSE(analyzer.analyze(folder_ / "nothing", folder_ / "layers").ok());
+    EXPECT_EQ(analyzer.analyze(Broken{}, layers_).error().code, ErrorCode::internal);
 }
 
-TEST_F(AnalyzerTest, AFolderThatTakesNoLayersIsAnError) {
-    std::ofstream{folder_ / "job"} << kPart;
-    PreflightAnalyzer analyzer{machine_};
-    const auto analysis = analyzer.analyze(folder_ / "job", folder_ / "missing" / "layers");
-    ASSERT_FALSE(analysis.ok());
-    EXPECT_EQ(analysis.error().code, ErrorCode::unavailable);
+TEST_F(AnalyzerTest, WhereLayersCannotBeWrittenNowItIsAnError) {
+    layers_.room = 0;
+    EXPECT_EQ(ask(kPart).error().code, ErrorCode::unavailable);
+}
+
+TEST_F(AnalyzerTest, WhereLayersHaveNoRoomAtAllTheFileGoesWithoutThem) {
+    layers_.room = 0;
+    layers_.refusal = ErrorCode::out_of_range;
+    const spool::Analysis analysis = analyze(kPart);
+    EXPECT_EQ(analysis.verdict, Verdict::fits);
+    EXPECT_EQ(analysis.layers_json, "");
 }
 
 TEST(CheckLine, RefusesWhatNoStateCouldMakeRight) {
@@ -117,4 +131,4 @@ TEST(CheckLine, RefusesWhatNoStateCouldMakeRight) {
 }
 
 }  // namespace
-}  // namespace qduino::printd::analyzer_test
+}  // namespace qduino::analysis::analyzer_test

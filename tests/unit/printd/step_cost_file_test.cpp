@@ -7,6 +7,8 @@
 #include <fstream>
 #include <memory>
 
+#include "posix/file_bytes.h"
+
 namespace qduino::printd::step_cost_file_test {
 namespace {
 
@@ -21,9 +23,11 @@ class StepCostFileTest : public ::testing::Test {
         folder_ = pattern;
     }
     void TearDown() override { std::filesystem::remove_all(folder_); }
-    spool::Analysis judge(PreflightAnalyzer& analyzer) {
-        std::ofstream{folder_ / "job"} << "G28\nG1 X1 Y1 F600\nG1 X100 Y100 F60000\n";
-        return *analyzer.analyze(folder_ / "job", folder_ / "layers");
+    spool::Analysis judge(analysis::PreflightAnalyzer& analyzer) {
+        const BytesInMemory job{
+            std::make_shared<const std::string>("G28\nG1 X1 Y1 F600\nG1 X100 Y100 F60000\n")};
+        posix::FileSink layers{folder_ / "layers"};
+        return *analyzer.analyze(job, layers);
     }
 
     std::filesystem::path folder_;
@@ -32,7 +36,7 @@ class StepCostFileTest : public ::testing::Test {
 };
 
 TEST_F(StepCostFileTest, WhatTheSketchMeasuredJudgesTheNextJobAlsoAfterANewStart) {
-    PreflightAnalyzer analyzer{machine_};
+    analysis::PreflightAnalyzer analyzer{machine_};
     StepCostFile file{folder_, analyzer};
     EXPECT_EQ(judge(analyzer).verdict, Verdict::fits);
     EXPECT_FALSE(file.take(nullptr));
@@ -45,13 +49,13 @@ TEST_F(StepCostFileTest, WhatTheSketchMeasuredJudgesTheNextJobAlsoAfterANewStart
     EXPECT_EQ(refused.line, 3u);
     EXPECT_THAT(refused.message, HasSubstr("20000 steps/s; this computer plays at most 17500"));
 
-    PreflightAnalyzer later{machine_};
+    analysis::PreflightAnalyzer later{machine_};
     const StepCostFile again{folder_, later};
     EXPECT_EQ(judge(later).verdict, Verdict::violation);
 }
 
 TEST_F(StepCostFileTest, NonsenseFromTheOtherSideOrFromTheFileIsNotTaken) {
-    PreflightAnalyzer analyzer{machine_};
+    analysis::PreflightAnalyzer analyzer{machine_};
     StepCostFile file{folder_, analyzer};
     for (const std::int64_t ns : {std::int64_t{-1}, std::int64_t{1'000'001}, INT64_MIN, INT64_MAX}) {
         link_->step_cost_ns = ns;

@@ -5,7 +5,7 @@
 
 #include <random>
 
-#include "spool/sha256.h"
+#include "spool/disk/sha256.h"
 
 namespace qduino::bare_sha256_test {
 namespace {

@@ -1,5 +1,5 @@
 // Files of jobs: whole or absent, named by the server, swept when no job wants them.
-#include "spool/blob_store.h"
+#include "spool/disk/blob_store.h"
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -37,7 +37,7 @@ TEST_F(BlobStoreTest, AdoptsWhatWasSealed) {
     ASSERT_TRUE(file->write(std::string_view{"abc"}).ok());
     ASSERT_TRUE(file->seal().ok());
     EXPECT_EQ(file->sha256(), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
-    std::ofstream{file->layers_path()} << "layers";
+    ASSERT_TRUE(file->layers().write(std::string_view{"layers"}).ok());
     ASSERT_TRUE(store->adopt(*file, {"[1]", "png"}, {7, 100, "a b.gcode"}).ok());
     const std::string name = file->sha256();
     file.reset();

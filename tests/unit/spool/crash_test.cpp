@@ -46,7 +46,7 @@ class CrashTest : public SpoolTest {
         spool_.reset();
         link_ = std::make_unique<TestLink>();
         link_->set(shared_);
-        auto opened = Spool::open(options_, *link_, nullptr);
+        auto opened = opened_spool(nullptr);
         if (!opened.ok()) std::abort();
         spool_ = std::move(*opened);
     }
@@ -120,8 +120,7 @@ class CrashTest : public SpoolTest {
                 continue;
             }
             EXPECT_EQ(job->sha256, sha256_of(content)) << "seed " << seed << " job " << id;
-            EXPECT_EQ(std::filesystem::file_size(spool_->blobs().path(job->sha256, BlobPart::gcode)),
-                      content.size());
+            EXPECT_EQ(std::filesystem::file_size(blobs().path(job->sha256, BlobPart::gcode)), content.size());
         }
         EXPECT_LE(missing, 1u) << "seed " << seed;
     }

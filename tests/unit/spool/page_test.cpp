@@ -195,7 +195,7 @@ TEST_F(PageTest, OfTooManyEndedJobsTheOldestGoWithTheirFiles) {
     std::vector<JobId> expected;
     for (const auto& entry : oracle_.ended) expected.push_back(entry.id);
     EXPECT_EQ(ids_of(*spool_->page(ended)), expected);
-    EXPECT_TRUE(std::filesystem::exists(spool_->blobs().path(shared, BlobPart::gcode)));
+    EXPECT_TRUE(std::filesystem::exists(blobs().path(shared, BlobPart::gcode)));
 }
 
 TEST_F(PageTest, OldEndedJobsGoAfterTheirDays) {

@@ -12,8 +12,8 @@
 
 #include <SQLiteCpp/SQLiteCpp.h>
 
-#include "spool/journal.h"
-#include "spool/recovery.h"
+#include "spool/disk/journal.h"
+#include "spool/disk/recovery.h"
 #include "tests/unit/spool/spool_fixture.h"
 
 namespace qduino::spool::recovery_test {
@@ -24,7 +24,7 @@ using ::testing::HasSubstr;
 /// Facts that show that it was asked; refuses what begins with "no".
 class MarkingReading final : public FileReading {
   public:
-    explicit MarkingReading(const std::filesystem::path& layers) : layers_(layers) {}
+    explicit MarkingReading(ByteSink& layers) : layers_(layers) {}
     std::optional<Analysis> feed(std::span<const char> bytes) override {
         text_.append(bytes.data(), bytes.size());
         return std::nullopt;
@@ -36,18 +36,18 @@ class MarkingReading final : public FileReading {
         analysis.facts_json = R"({"layers":7})";
         analysis.layers_json = "[7]";
         analysis.thumbnail = "png";
-        std::ofstream{layers_} << "packed";
+        QDUINO_TRY(layers_.write(std::string_view{"packed"}));
         return analysis;
     }
 
   private:
-    std::filesystem::path layers_;
+    ByteSink& layers_;
     std::string text_;
 };
 
 class MarkingAnalyzer final : public Analyzer {
   public:
-    std::unique_ptr<FileReading> begin(const std::filesystem::path& layers) override {
+    std::unique_ptr<FileReading> begin(ByteSink& layers) override {
         ++asked;
         return std::make_unique<MarkingReading>(layers);
     }
@@ -58,8 +58,8 @@ class RecoveryTest : public SpoolTest {
   protected:
     void SetUp() override {
         SpoolTest::SetUp();
-        options_.analyzer = &analyzer_;
-        options_.opened_s = 1'800'000'000;
+        disk_.analyzer = &analyzer_;
+        disk_.opened_s = 1'800'000'000;
     }
 
     void upload(const std::string& content, NewJob wanted = {}) {
@@ -112,7 +112,7 @@ class RecoveryTest : public SpoolTest {
         }
         ASSERT_FALSE(gone) << from << ": " << gone.message();
     }
-    std::filesystem::path state_folder() const { return options_.folder; }
+    std::filesystem::path state_folder() const { return disk_.folder; }
     std::filesystem::path journal() const { return state_folder() / "journal.sqlite"; }
     std::filesystem::path copy() const { return state_folder() / "journal.copy.sqlite"; }
     void remove_journal() {
@@ -132,7 +132,7 @@ class RecoveryTest : public SpoolTest {
         spool_.reset();
         link_ = std::make_unique<TestLink>();
         link_->set(layout_.get());
-        auto opened = Spool::open(options_, *link_, nullptr);
+        auto opened = opened_spool(nullptr);
         if (!opened.ok()) return opened.error();
         spool_ = std::move(*opened);
         return {};
@@ -149,7 +149,7 @@ class RecoveryTest : public SpoolTest {
             const std::optional<Job> job = spool_->find(id);
             ASSERT_TRUE(job.has_value()) << what << ": job " << id;
             EXPECT_EQ(job->sha256, sha256) << what << ": job " << id;
-            std::ifstream file{spool_->blobs().path(sha256, BlobPart::gcode), std::ios::binary};
+            std::ifstream file{blobs().path(sha256, BlobPart::gcode), std::ios::binary};
             const std::string bytes{std::istreambuf_iterator<char>{file}, {}};
             EXPECT_EQ(sha256_of(bytes), sha256) << what << ": job " << id;
         }
@@ -187,7 +187,7 @@ TEST_F(RecoveryTest, AMissingJournalSetsTheFilesAsideAndSaysSo) {
     run(60);
     ASSERT_TRUE(try_open().ok());
     run(60);
-    EXPECT_EQ(spool_->blobs().all_set_aside().size(), 15u) << "and they stay";
+    EXPECT_EQ(blobs().all_set_aside().size(), 15u) << "and they stay";
     EXPECT_THAT(spool_->gate().hold_reason, HasSubstr("printd --recover")) << "a restart changes nothing";
 
     upload("G28\n;new", {"new.gcode", 1, 0, true});  // takes the number of a lost one
@@ -197,7 +197,7 @@ TEST_F(RecoveryTest, AMissingJournalSetsTheFilesAsideAndSaysSo) {
     EXPECT_EQ(done->jobs, 16u) << "two uploads had the same bytes";
     ASSERT_TRUE(try_open().ok());
     expect_all_held("missing");
-    EXPECT_TRUE(spool_->blobs().all_set_aside().empty());
+    EXPECT_TRUE(blobs().all_set_aside().empty());
     const std::optional<Job> job = spool_->find(2);
     ASSERT_TRUE(job.has_value());
     EXPECT_EQ(job->name, "waiting é.gcode");
@@ -205,7 +205,7 @@ TEST_F(RecoveryTest, AMissingJournalSetsTheFilesAsideAndSaysSo) {
     EXPECT_EQ(job->facts_json, R"({"layers":7})") << "analyzed anew";
     EXPECT_TRUE(job->has_layers && job->has_thumbnail);
     EXPECT_GE(job->created_s, 1000);
-    EXPECT_TRUE(std::filesystem::exists(spool_->blobs().path(job->sha256, BlobPart::layers)));
+    EXPECT_TRUE(std::filesystem::exists(blobs().path(job->sha256, BlobPart::layers)));
     EXPECT_EQ(spool_->find(1)->name, "new.gcode") << "who has a number keeps it";
     EXPECT_EQ(spool_->counts().total(), 17);
     EXPECT_THAT(said_, ::testing::Contains(HasSubstr(" of ")));
@@ -223,7 +223,7 @@ TEST_F(RecoveryTest, AnEmptyJournalIsTakenForAMissingOne) {
     ASSERT_TRUE(try_open().ok());
     EXPECT_THAT(spool_->gate().hold_reason, HasSubstr("printd --recover"));
     run(60);
-    EXPECT_EQ(spool_->blobs().all_set_aside().size(), 15u);
+    EXPECT_EQ(blobs().all_set_aside().size(), 15u);
     ASSERT_TRUE(recover().ok());
     ASSERT_TRUE(try_open().ok());
     expect_nothing_lost("empty");
@@ -232,19 +232,20 @@ TEST_F(RecoveryTest, AnEmptyJournalIsTakenForAMissingOne) {
 TEST_F(RecoveryTest, ABlobWithoutARowIsSweptWhenTheJournalIsItsOwn) {
     fill();
     stop();
-    const auto blobs = state_folder() / "blobs";
-    std::ofstream{blobs / (std::string(64, 'a') + ".gcode")} << "killed between rename and commit";
-    std::ofstream{blobs / (std::string(64, 'a') + ".job.new")} << "900\t1\tx.gcode\n";
-    std::ofstream{blobs / (std::string(64, 'b') + ".gcode")} << "deleted, and killed before its file was";
-    std::ofstream{blobs / (std::string(64, 'b') + ".job")} << "3\t1\tx.gcode\n";
-    std::ofstream{blobs / "cc.png.part"} << "x";
+    const auto blobs_folder = state_folder() / "blobs";
+    std::ofstream{blobs_folder / (std::string(64, 'a') + ".gcode")} << "killed between rename and commit";
+    std::ofstream{blobs_folder / (std::string(64, 'a') + ".job.new")} << "900\t1\tx.gcode\n";
+    std::ofstream{blobs_folder / (std::string(64, 'b') + ".gcode")}
+        << "deleted, and killed before its file was";
+    std::ofstream{blobs_folder / (std::string(64, 'b') + ".job")} << "3\t1\tx.gcode\n";
+    std::ofstream{blobs_folder / "cc.png.part"} << "x";
     ASSERT_TRUE(try_open().ok());
     expect_nothing_lost("swept");
-    for (const auto& entry : std::filesystem::directory_iterator{blobs}) {
+    for (const auto& entry : std::filesystem::directory_iterator{blobs_folder}) {
         const std::string name = entry.path().filename().string();
         EXPECT_FALSE(name.starts_with("aaaa") || name.starts_with("bbbb") || name.ends_with(".part")) << name;
     }
-    EXPECT_TRUE(spool_->blobs().all_set_aside().empty());
+    EXPECT_TRUE(blobs().all_set_aside().empty());
     EXPECT_TRUE(spool_->gate().hold_reason.empty());
 }
 
@@ -261,7 +262,7 @@ TEST_F(RecoveryTest, AnOlderStateOfTheSameJournalSweepsNothingThatItNeverHad) {
     }
     ASSERT_TRUE(try_open().ok());
     run(60);
-    EXPECT_EQ(spool_->blobs().all_set_aside().size(), 1u);
+    EXPECT_EQ(blobs().all_set_aside().size(), 1u);
     EXPECT_THAT(spool_->gate().hold_reason, HasSubstr("printd --recover"));
     ASSERT_TRUE(recover().ok());
     ASSERT_TRUE(try_open().ok());
@@ -414,7 +415,7 @@ TEST_F(RecoveryTest, DeletedJobsDoNotComeBackAndWhatDoesNotFitStaysAside) {
     expect_nothing_lost("deleted since the copy");
     EXPECT_FALSE(spool_->find(10).has_value());
     EXPECT_FALSE(spool_->find(1).has_value());
-    EXPECT_EQ(spool_->blobs().all_set_aside(), std::vector<std::string>{refused});
+    EXPECT_EQ(blobs().all_set_aside(), std::vector<std::string>{refused});
 }
 
 TEST_F(RecoveryTest, APrintThatTheCopyKnowsIsJudgedByWhatTheMachineSays) {
@@ -471,7 +472,7 @@ TEST_F(RecoveryTest, ACopyThatIsKilledAtAnyStepLeavesASoundOne) {
     stop();
     int step = 1;
     for (; killed_at(step, [&] { static_cast<void>(copy_journal(state_folder())); }); ++step) {
-        EXPECT_TRUE(Store::open(copy()).ok()) << "step " << step;
+        EXPECT_TRUE(SqliteStore::open(copy()).ok()) << "step " << step;
         ASSERT_TRUE(try_open().ok()) << "step " << step;
         expect_nothing_lost("copy killed at step " + std::to_string(step));
         EXPECT_TRUE(spool_->gate().hold_reason.empty());
@@ -560,7 +561,7 @@ TEST_F(RecoveryTest, AJournalOfVersion1IsBroughtUpToDate) {
     EXPECT_FALSE(spool_->find(2)->stopped_line.has_value());
     EXPECT_EQ(spool_->store().stored_bytes(), 8u);
     EXPECT_TRUE(spool_->gate().hold_reason.empty()) << "its files are its own";
-    EXPECT_TRUE(std::filesystem::exists(spool_->blobs().path(sha256_of(bytes), BlobPart::gcode)));
+    EXPECT_TRUE(std::filesystem::exists(blobs().path(sha256_of(bytes), BlobPart::gcode)));
     EXPECT_EQ(*add("G28\n;new"), 6);
     ASSERT_TRUE(try_open().ok());
     EXPECT_EQ(spool_->counts().total(), 6);

@@ -10,6 +10,7 @@
 #include <memory>
 #include <string>
 
+#include "spool/disk/disk_storage.h"
 #include "spool/spool.h"
 #include "tests/e2e/service/fake_sketch.h"
 
@@ -56,8 +57,8 @@ class SpoolTest : public ::testing::Test {
         std::string pattern = (std::filesystem::temp_directory_path() / "spool-XXXXXX").string();
         ASSERT_NE(::mkdtemp(pattern.data()), nullptr);
         folder_ = pattern;
-        options_.folder = folder_ / "state";
-        options_.limits.free_space_min_bytes = 0;
+        disk_.folder = folder_ / "state";
+        disk_.limits.free_space_min_bytes = 0;
         options_.calendar_from_s = 0;
         options_.confirm_bed = false;  // its own tests switch it on
     }
@@ -66,11 +67,21 @@ class SpoolTest : public ::testing::Test {
         std::filesystem::remove_all(folder_);
     }
 
+    /// Null: the one in disk_.folder.
+    virtual std::unique_ptr<Storage> make_storage() { return nullptr; }
+    Result<std::unique_ptr<Spool>> opened_spool(Inspector* inspector) {
+        std::unique_ptr<Storage> storage = make_storage();
+        if (!storage) {
+            QDUINO_TRY_ASSIGN(storage, DiskStorage::open(disk_));
+        }
+        return Spool::open(options_, std::move(storage), *link_, inspector);
+    }
+    BlobStore& blobs() { return static_cast<BlobStore&>(spool_->files()); }
     void open_spool() {
         spool_.reset();
         link_ = std::make_unique<TestLink>();
         link_->set(layout_.get());
-        auto opened = Spool::open(options_, *link_, inspector_);
+        auto opened = opened_spool(inspector_);
         ASSERT_TRUE(opened.ok()) << opened.error().message.view();
         spool_ = std::move(*opened);
     }
@@ -93,7 +104,7 @@ class SpoolTest : public ::testing::Test {
     }
     Result<JobId> add(const std::string& content, NewJob wanted = {}) {
         if (wanted.name.empty()) wanted.name = "test.gcode";
-        auto staged = spool_->blobs().stage();
+        auto staged = spool_->files().stage();
         EXPECT_TRUE(staged.ok());
         EXPECT_TRUE((*staged)->write(content).ok());
         EXPECT_TRUE((*staged)->seal().ok());
@@ -103,6 +114,7 @@ class SpoolTest : public ::testing::Test {
     Printed& printed() { return printed_[session_]; }
 
     std::filesystem::path folder_;
+    DiskOptions disk_;
     SpoolOptions options_;
     Inspector* inspector_ = nullptr;
     std::unique_ptr<TestLink> link_;

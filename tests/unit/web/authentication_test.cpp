@@ -6,6 +6,8 @@
 
 #include <fstream>
 
+#include "web/net/key_file.h"
+
 namespace qduino::web::authentication_test {
 namespace {
 
@@ -53,7 +55,7 @@ TEST(ConstantTime, ComparesByValue) {
 }
 
 TEST(Authenticator, TakesTheKeyInTwoHeaders) {
-    Authenticator authenticator{kKey, {}};
+    Authenticator authenticator{kKey, {}, random_token};
     EXPECT_EQ(authenticator.prove(with("X-Api-Key", kKey), "a", kNow, 0), Proof::key);
     EXPECT_EQ(authenticator.prove(with("Authorization", "Bearer " + kKey), "a", kNow, 0), Proof::key);
     EXPECT_EQ(authenticator.prove(with("authorization", "bearer  " + kKey), "a", kNow, 0), Proof::key);
@@ -61,17 +63,17 @@ TEST(Authenticator, TakesTheKeyInTwoHeaders) {
     EXPECT_EQ(authenticator.prove(with("X-Api-Key", ""), "a", kNow, 0), Proof::none);
     EXPECT_EQ(authenticator.prove(with("Authorization", "Basic " + kKey), "a", kNow, 0), Proof::none);
     EXPECT_EQ(authenticator.prove({}, "a", kNow, 0), Proof::none);
-    EXPECT_EQ((Authenticator{"", {}}.prove({}, "a", kNow, 0)), Proof::off);
+    EXPECT_EQ((Authenticator{"", {}, random_token}.prove({}, "a", kNow, 0)), Proof::off);
 }
 
 TEST(Authenticator, TakesASessionUntilItEnds) {
-    Authenticator authenticator{kKey, {}};
+    Authenticator authenticator{kKey, {}, random_token};
     const auto made = authenticator.sessions.make(1000);
     const RequestHead head = with("Cookie", "other=1; qduino_session=" + made.token + "; more=2");
     EXPECT_EQ(authenticator.prove(head, "a", kNow, 1000), Proof::cookie);
     EXPECT_EQ(authenticator.prove(head, "a", kNow, 1000 + SessionTable::kLifetime_s - 1), Proof::cookie);
     EXPECT_EQ(authenticator.prove(head, "a", kNow, 1000 + SessionTable::kLifetime_s), Proof::none);
-    Authenticator restarted{kKey, {made.record}};
+    Authenticator restarted{kKey, {made.record}, random_token};
     EXPECT_EQ(restarted.prove(head, "a", kNow, 1000), Proof::cookie);
     EXPECT_EQ(restarted.sessions.end(made.token), made.record.token_hash);
     EXPECT_EQ(restarted.prove(head, "a", kNow, 1000), Proof::none);
@@ -79,14 +81,14 @@ TEST(Authenticator, TakesASessionUntilItEnds) {
 }
 
 TEST(SessionTable, IsBounded) {
-    SessionTable table;
+    SessionTable table{random_token};
     const auto first = table.make(1);
     for (std::size_t i = 0; i < SessionTable::kSessionsMax; ++i) static_cast<void>(table.make(2));
     EXPECT_FALSE(table.contains(first.token, 2)) << "the oldest gives way";
 }
 
 TEST(SessionTable, AClockThatJumpsForgetsNone) {
-    SessionTable table;
+    SessionTable table{random_token};
     const auto first = table.make(1'000'000);
     static_cast<void>(table.make(4'000'000'000));
     static_cast<void>(table.make(1000));
@@ -94,7 +96,7 @@ TEST(SessionTable, AClockThatJumpsForgetsNone) {
 }
 
 TEST(TicketTable, IsValidOnceForHalfAMinute) {
-    TicketTable table{Authenticator::kLiveLifetime};
+    TicketTable table{random_token, Authenticator::kLiveLifetime};
     const std::string ticket = table.make(kNow);
     EXPECT_FALSE(table.take("other", kNow));
     EXPECT_TRUE(table.take(ticket, kNow));
@@ -124,7 +126,7 @@ TEST(FailureLimiter, ForgetsTheOldestOfTooManyAddresses) {
 }
 
 TEST(Authenticator, TheRightKeyIsNeverRefusedForWrongOnes) {
-    Authenticator authenticator{kKey, {}};
+    Authenticator authenticator{kKey, {}, random_token};
     const auto made = authenticator.sessions.make(1000);
     const std::string ticket = authenticator.tickets.make(kNow);
     int wrong = 0, limited = 0;

@@ -325,8 +325,9 @@ TEST_F(ConnectionTest, WhileAPieceIsWithTheDiskNothingMoreIsRead) {
     api::Context context{*spool_, {}, "{}", "1", {}};
     const auto at_once = [](Task task) { task(); };
     service_ = std::make_unique<Service>(
-        ServiceOptions{HostPolicy{{}}, 4}, std::move(context), Authenticator{kKey, {}}, StaticFiles{},
-        analyzer_, Executors{at_once, at_once, [&](Task task) { held.push_back(std::move(task)); }, at_once});
+        ServiceOptions{HostPolicy{{}}, 4}, std::move(context), Authenticator{kKey, {}, random_token},
+        StaticFiles{}, analyzer_,
+        Executors{at_once, at_once, [&](Task task) { held.push_back(std::move(task)); }, at_once});
     connect();
     receive(put(8));
     EXPECT_TRUE(connection_->wants_input());

@@ -367,8 +367,7 @@ TEST_F(JobsApiTest, AFailureHoldsTheQueueWithItsReason) {
 }
 
 TEST_F(JobsApiTest, TheLiveStreamTellsOfUploadsJobsAndStatus) {
-    Publisher publisher{*spool_, *service_, [this](Task task) { run_in_order(std::move(task)); },
-                        [](const std::string&) {}};
+    Publisher publisher{*spool_, *service_, thread_.executors().io, [](const std::string&) {}};
     std::vector<nlohmann::json> got;
     ASSERT_TRUE(service_->live().subscribe(
         [&](MessageKind, const Message& text) { got.push_back(nlohmann::json::parse(*text)); }));

@@ -1,5 +1,5 @@
 // The QR code's form; that a reader understands it is tests/e2e/reach.
-#include "web/qr_code.h"
+#include "web/net/qr_code.h"
 
 #include <gtest/gtest.h>
 

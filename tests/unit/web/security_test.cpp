@@ -96,8 +96,7 @@ TEST_F(SecurityTest, NamesAreTextForPeopleAndNeverReachAShellOrAPath_CVE_2025_58
     const std::string name = "$(touch x);`id`|&&.gcode";
     ASSERT_EQ(upload(name, "G28\n").status, 201);
     EXPECT_EQ(spool_->queue().find(1)->name, name);
-    EXPECT_TRUE(
-        std::filesystem::exists(spool_->blobs().path(spool::sha256_of("G28\n"), spool::BlobPart::gcode)));
+    EXPECT_TRUE(std::filesystem::exists(blobs().path(spool::sha256_of("G28\n"), spool::BlobPart::gcode)));
     EXPECT_EQ(request("GET /api/v1/jobs/1/file").header("Content-Disposition"),
               "attachment; filename=\"__touch_x___id____.gcode\"");
 }

@@ -9,6 +9,10 @@
 
 #include "tests/unit/spool/spool_fixture.h"
 #include "web/connection.h"
+#include "web/net/key_file.h"
+#include "web/net/prometheus_metrics.h"
+#include "web/net/qr_code.h"
+#include "web/one_thread.h"
 #include "web/publisher.h"
 
 namespace qduino::web {
@@ -17,8 +21,7 @@ namespace qduino::web {
 /// What is only `unhomed` it reads to its end, for the prologue.
 class TestReading final : public spool::FileReading {
   public:
-    TestReading(std::filesystem::path layers, double estimated_s)
-        : layers_(std::move(layers)), estimated_s_(estimated_s) {}
+    TestReading(ByteSink& layers, double estimated_s) : layers_(layers), estimated_s_(estimated_s) {}
 
     std::optional<spool::Analysis> feed(std::span<const char> bytes) override {
         text_.append(bytes.data(), bytes.size());
@@ -31,7 +34,7 @@ class TestReading final : public spool::FileReading {
         if (refusal_) return *refusal_;
         spool::Analysis analysis;
         if (homes_) return analysis;
-        std::ofstream{layers_} << "AAABBBBB";
+        QDUINO_TRY(layers_.write(std::string_view{"AAABBBBB"}));
         analysis.layers_json = R"([{"index":0,"bytes":3},{"index":1,"bytes":5}])";
         analysis.facts_json = R"({"layers":2,"estimated_s":100})";
         analysis.estimated_s = estimated_s_;
@@ -66,7 +69,7 @@ class TestReading final : public spool::FileReading {
         refusal_->line = verdict == spool::Analysis::Verdict::violation ? number_ : 0;
     }
 
-    std::filesystem::path layers_;
+    ByteSink& layers_;
     double estimated_s_;
     std::string text_;
     std::uint64_t number_ = 0;
@@ -76,7 +79,7 @@ class TestReading final : public spool::FileReading {
 
 class TestAnalyzer final : public spool::Analyzer {
   public:
-    std::unique_ptr<spool::FileReading> begin(const std::filesystem::path& layers) override {
+    std::unique_ptr<spool::FileReading> begin(ByteSink& layers) override {
         return std::make_unique<TestReading>(layers, estimated_s);
     }
 
@@ -115,27 +118,19 @@ class WebTest : public spool::SpoolTest {
     void open_service(std::string key = kKey) {
         connection_.reset();
         service_.reset();
-        options_.limits.size_max_bytes = 1 << 20;
+        disk_.limits.size_max_bytes = 1 << 20;
         open_spool();
         printer::MachineConfig machine;
         machine.name.assign("Test printer");
         machine.nozzle_diameter = Millimetres{0.6};
         machine.minimum_extrude = Celsius{180};
         api::Context context{*spool_, machine, R"({"name":"Test printer"})", "1", {}};
-        const auto at_once = [this](Task task) { run_in_order(std::move(task)); };
+        context.metrics = &metrics_;
+        context.qr_code = qr_code_of;
         service_ = std::make_unique<Service>(
             ServiceOptions{HostPolicy{{"printer.local"}}, 4, Proxies{{"127.0.0.9"}}}, std::move(context),
-            Authenticator{std::move(key), *spool_->store().sessions()}, StaticFiles{}, analyzer_,
-            Executors{at_once, at_once, at_once, at_once});
-    }
-    /// Tasks that tasks post run after them, as on a thread.
-    void run_in_order(Task task) {
-        tasks_.push_back(std::move(task));
-        if (tasks_.size() > 1) return;
-        while (!tasks_.empty()) {
-            tasks_.front()();
-            tasks_.pop_front();
-        }
+            Authenticator{std::move(key), *spool_->store().sessions(), random_token}, StaticFiles{},
+            analyzer_, thread_.executors());
     }
     Moment moment() const { return {now_, 1'700'000'000 + to_ns(now_) / 1'000'000'000}; }
 
@@ -155,10 +150,8 @@ class WebTest : public spool::SpoolTest {
         return text;
     }
     static std::string read(const FileRange& range) {
-        std::ifstream file{range.path, std::ios::binary};
         std::string bytes(range.length, '\0');
-        file.seekg(static_cast<std::streamoff>(range.offset));
-        file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+        bytes.resize(range.bytes->read_at(range.offset, bytes).value());
         return bytes;
     }
     static Answer parse(const std::string& text) {
@@ -199,7 +192,7 @@ class WebTest : public spool::SpoolTest {
     }
     std::size_t files_in(const char* folder) const {
         std::size_t count = 0;
-        for (const auto& entry : std::filesystem::directory_iterator{options_.folder / folder}) {
+        for (const auto& entry : std::filesystem::directory_iterator{disk_.folder / folder}) {
             count += entry.is_regular_file() ? 1 : 0;
         }
         return count;
@@ -207,7 +200,8 @@ class WebTest : public spool::SpoolTest {
 
     bool secure_ = false;  // connections come by TLS
     TestAnalyzer analyzer_;
-    std::deque<Task> tasks_;
+    PrometheusMetrics metrics_;
+    OneThread thread_;
     std::unique_ptr<Service> service_;
     std::shared_ptr<Connection> connection_;
 };

@@ -1,4 +1,4 @@
-#include "spool/journal.h"
+#include "spool/disk/journal.h"
 
 #include <fcntl.h>
 #include <unistd.h>
@@ -9,8 +9,8 @@
 #include "posix/durable_file.h"
 #include "posix/small_file.h"
 #include "posix/unique_fd.h"
-#include "spool/file_error.h"
-#include "spool/store_schema.h"
+#include "spool/disk/file_error.h"
+#include "spool/disk/store_schema.h"
 
 namespace qduino::spool {
 
@@ -84,7 +84,7 @@ Result<void> make_repaired(const std::filesystem::path& folder, const std::files
     if (failed) return file_error("copy", "the journal's copy", failed.value());
     step("repair: copied");
     {
-        QDUINO_TRY_ASSIGN(std::unique_ptr<Store> store, Store::open(part));
+        QDUINO_TRY_ASSIGN(std::unique_ptr<SqliteStore> store, SqliteStore::open(part));
         QDUINO_TRY(store->hold_everything(reason));
     }  // closed: its log is in it
     if (!is_missing_or_empty(with(part, "-wal")))
@@ -107,7 +107,7 @@ Result<OpenedJournal> repair(const std::filesystem::path& folder, UnixSeconds no
     step("repair: set aside");
     QDUINO_TRY(posix::rename_and_sync(part, journal_of(folder)));
     step("repair: named");
-    QDUINO_TRY_ASSIGN(std::unique_ptr<Store> store, Store::open(journal_of(folder)));
+    QDUINO_TRY_ASSIGN(std::unique_ptr<SqliteStore> store, SqliteStore::open(journal_of(folder)));
     return OpenedJournal{std::move(store), why + (aside.empty() ? "" : "; it was set aside as " + aside)};
 }
 
@@ -156,7 +156,7 @@ Result<OpenedJournal> open_journal(const std::filesystem::path& folder, UnixSeco
     if (ends_within_a_page(journal))
         return repair(folder, now_s,
                       make_error(ErrorCode::corrupt, "job store: the end of the journal is cut off"));
-    Result<std::unique_ptr<Store>> store = Store::open(journal);
+    Result<std::unique_ptr<SqliteStore>> store = SqliteStore::open(journal);
     if (store.ok()) return OpenedJournal{std::move(*store), {}};
     if (store.error().code == ErrorCode::unsupported) return with_way_out(store.error());
     if (store.error().code == ErrorCode::corrupt) return repair(folder, now_s, store.error());

@@ -1,12 +1,12 @@
-#include "spool/store.h"
+#include "spool/disk/sqlite_store.h"
 
 #include <SQLiteCpp/SQLiteCpp.h>
 #include <sqlite3.h>
 
 #include <boost/pfr.hpp>
 
+#include "spool/disk/store_schema.h"
 #include "spool/name_search.h"
-#include "spool/store_schema.h"
 
 namespace qduino::spool {
 
@@ -136,7 +136,7 @@ bool is_wanted(SQLite::Database& database, const std::string& sha256, JobId exce
 
 }  // namespace
 
-struct Store::Database {
+struct SqliteStore::Database {
     SQLite::Database connection;
     std::function<bool()> make_room = [] { return false; };
     int failed_with = 0;  ///< SQLite's code of the last failure
@@ -168,12 +168,12 @@ struct Store::Database {
     }
 };
 
-void Store::when_full(std::function<bool()> make_room) { database_->make_room = std::move(make_room); }
+void SqliteStore::when_full(std::function<bool()> make_room) { database_->make_room = std::move(make_room); }
 
-Store::Store(std::unique_ptr<Database> database) : database_(std::move(database)) {}
-Store::~Store() = default;
+SqliteStore::SqliteStore(std::unique_ptr<Database> database) : database_(std::move(database)) {}
+SqliteStore::~SqliteStore() = default;
 
-Result<std::unique_ptr<Store>> Store::open(const std::filesystem::path& file) {
+Result<std::unique_ptr<SqliteStore>> SqliteStore::open(const std::filesystem::path& file) {
     try {
         auto database = std::make_unique<Database>(
             Database{SQLite::Database{file.string(), SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE},
@@ -188,7 +188,7 @@ Result<std::unique_ptr<Store>> Store::open(const std::filesystem::path& file) {
         connection.exec("PRAGMA foreign_keys=ON");
         connection.createFunction("name_holds", 2, true, nullptr, name_holds_sql, nullptr, nullptr, nullptr);
         QDUINO_TRY(prepare_schema(connection));
-        std::unique_ptr<Store> store{new Store{std::move(database)}};
+        std::unique_ptr<SqliteStore> store{new SqliteStore{std::move(database)}};
         store->load_totals();
         sqlite3_db_config(connection.getHandle(), SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 0, nullptr);
         return store;
@@ -201,7 +201,7 @@ Result<std::unique_ptr<Store>> Store::open(const std::filesystem::path& file) {
 }
 
 /// May throw, as SQLite does.
-void Store::load_totals() {
+void SqliteStore::load_totals() {
     SQLite::Database& connection = database_->connection;
     for (const char* condition : {kEndedCondition, kLiveCondition}) {
         SQLite::Statement rows{connection, "SELECT state, count(*) FROM jobs WHERE " +
@@ -213,7 +213,7 @@ void Store::load_totals() {
         connection, "SELECT sum(bytes) FROM (SELECT max(stored_bytes) AS bytes FROM jobs GROUP BY sha256)"));
 }
 
-Result<StoredState> Store::load() {
+Result<StoredState> SqliteStore::load() {
     return database_->guarded<StoredState>([&] {
         SQLite::Database& connection = database_->connection;
         StoredState state;
@@ -230,18 +230,19 @@ Result<StoredState> Store::load() {
         state.gate.bed_occupied = setting(connection, "bed_occupied") == "1";
         state.journal_id = setting(connection, "journal_id");
         state.rebuilding = setting(connection, "rebuilding") == "1";
+        state.newest_s = single_number(connection, "SELECT max(max(created_s), max(ended_s)) FROM jobs");
         return state;
     });
 }
 
-Result<std::vector<SessionRecord>> Store::sessions() {
+Result<std::vector<SessionRecord>> SqliteStore::sessions() {
     return database_->guarded<std::vector<SessionRecord>>([&] {
         return read_rows<SessionRecord>(
             {database_->connection, "SELECT token_hash, expires_s FROM sessions"});
     });
 }
 
-void Store::erase_job(JobId id, Totals& totals) {
+void SqliteStore::erase_job(JobId id, Totals& totals) {
     SQLite::Database& connection = database_->connection;
     SQLite::Statement old =
         prepared(connection, "SELECT state, sha256, stored_bytes FROM jobs WHERE id=?", id);
@@ -257,7 +258,7 @@ void Store::erase_job(JobId id, Totals& totals) {
     }
 }
 
-void Store::write_job(const Job& job, Totals& totals) {
+void SqliteStore::write_job(const Job& job, Totals& totals) {
     SQLite::Database& connection = database_->connection;
     SQLite::Statement old = prepared(connection, "SELECT state FROM jobs WHERE id=?", job.id);
     if (old.executeStep()) {
@@ -269,7 +270,7 @@ void Store::write_job(const Job& job, Totals& totals) {
     put_row(connection, kPutJob, job);
 }
 
-void Store::write(const Commit& commit, Totals& totals) {
+void SqliteStore::write(const Commit& commit, Totals& totals) {
     SQLite::Database& connection = database_->connection;
     for (const JobId id : commit.jobs.erase) erase_job(id, totals);
     for (const Job& job : commit.jobs.put) write_job(job, totals);
@@ -293,7 +294,7 @@ void Store::write(const Commit& commit, Totals& totals) {
                 commit.report->first);
 }
 
-Result<void> Store::commit(const Commit& commit) {
+Result<void> SqliteStore::commit(const Commit& commit) {
     return database_->guarded<void>([&] {
         // Rolled back if anything below throws.
         SQLite::Transaction transaction{database_->connection};
@@ -305,7 +306,7 @@ Result<void> Store::commit(const Commit& commit) {
     });
 }
 
-Result<void> Store::hold_everything(const std::string& reason) {
+Result<void> SqliteStore::hold_everything(const std::string& reason) {
     return database_->guarded<void>([&] {
         SQLite::Transaction transaction{database_->connection};
         database_->connection.exec(std::string{"UPDATE jobs SET hold=1 WHERE "} + kLiveCondition);
@@ -315,7 +316,7 @@ Result<void> Store::hold_everything(const std::string& reason) {
     });
 }
 
-Result<Job> Store::find(JobId id) {
+Result<Job> SqliteStore::find(JobId id) {
     return database_->guarded<Job>([&]() -> Result<Job> {
         std::vector<Job> found = read_rows<Job>(prepared(database_->connection, kSelectJobs + "id=?", id));
         if (found.empty()) return no_such_job();
@@ -323,7 +324,7 @@ Result<Job> Store::find(JobId id) {
     });
 }
 
-Result<std::vector<Job>> Store::ended(const EndedQuery& query) {
+Result<std::vector<Job>> SqliteStore::ended(const EndedQuery& query) {
     std::string condition = kEndedCondition;
     std::string words;
     for (const JobState state : query.states)
@@ -338,7 +339,8 @@ Result<std::vector<Job>> Store::ended(const EndedQuery& query) {
     });
 }
 
-Result<std::vector<Job>> Store::oldest_ended(std::size_t limit, UnixSeconds until_s, UnixSeconds from_s) {
+Result<std::vector<Job>> SqliteStore::oldest_ended(std::size_t limit, UnixSeconds until_s,
+                                                   UnixSeconds from_s) {
     return database_->guarded<std::vector<Job>>([&] {
         return read_rows<Job>(
             prepared(database_->connection,
@@ -347,11 +349,11 @@ Result<std::vector<Job>> Store::oldest_ended(std::size_t limit, UnixSeconds unti
     });
 }
 
-Result<bool> Store::blob_wanted(const std::string& sha256, JobId except) {
+Result<bool> SqliteStore::blob_wanted(const std::string& sha256, JobId except) {
     return database_->guarded<bool>([&] { return is_wanted(database_->connection, sha256, except); });
 }
 
-Result<std::string> Store::report_of(JobId job) {
+Result<std::string> SqliteStore::report_of(JobId job) {
     return database_->guarded<std::string>([&]() -> Result<std::string> {
         SQLite::Statement get = prepared(database_->connection,
                                          "SELECT report FROM runs WHERE job=? AND report IS NOT NULL AND "
@@ -362,29 +364,22 @@ Result<std::string> Store::report_of(JobId job) {
     });
 }
 
-Result<void> Store::put_session(const SessionRecord& session) {
+Result<void> SqliteStore::put_session(const SessionRecord& session) {
     return database_->guarded<void>(
         [&] { put_row(database_->connection, "INSERT OR REPLACE INTO sessions VALUES(?,?)", session); });
 }
 
-Result<void> Store::erase_session(const std::string& token_hash) {
+Result<void> SqliteStore::erase_session(const std::string& token_hash) {
     return database_->guarded<void>(
         [&] { execute(database_->connection, "DELETE FROM sessions WHERE token_hash=?", token_hash); });
 }
 
-Result<void> Store::keep_sessions(std::size_t count) {
+Result<void> SqliteStore::keep_sessions(std::size_t count) {
     return database_->guarded<void>([&] {
         execute(database_->connection,
                 "DELETE FROM sessions WHERE token_hash NOT IN "
                 "(SELECT token_hash FROM sessions ORDER BY expires_s DESC LIMIT ?)",
                 count);
-    });
-}
-
-Result<UnixSeconds> Store::newest_time() {
-    return database_->guarded<UnixSeconds>([&] {
-        return UnixSeconds{
-            single_number(database_->connection, "SELECT max(max(created_s), max(ended_s)) FROM jobs")};
     });
 }
 

@@ -8,8 +8,8 @@
 //
 // A journal is damaged when SQLite finds a damaged page, or when it is no SQLite file at all. Then
 // the copy takes its place. The copy is older than the journal was, and a job could print twice. So
-// everything in it that waits or prints is held (Store::hold_everything). A kill between any two
-// steps leaves either the old state or a repair that is done again.
+// everything in it that waits or prints is held (SqliteStore::hold_everything). A kill between any
+// two steps leaves either the old state or a repair that is done again.
 #pragma once
 
 #include <atomic>
@@ -19,8 +19,8 @@
 #include <thread>
 
 #include "base/result.h"
+#include "spool/disk/sqlite_store.h"
 #include "spool/job.h"
-#include "spool/store.h"
 
 namespace qduino::spool {
 
@@ -29,7 +29,7 @@ using StepHook = void (*)(const char* step);
 void set_journal_step_hook(StepHook hook);
 
 struct OpenedJournal {
-    std::unique_ptr<Store> store;
+    std::unique_ptr<SqliteStore> store;
     std::string repaired;  ///< why it had to be repaired; empty: it was sound
 };
 

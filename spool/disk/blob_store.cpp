@@ -1,4 +1,4 @@
-#include "spool/blob_store.h"
+#include "spool/disk/blob_store.h"
 
 #include <fcntl.h>
 #include <sys/statvfs.h>
@@ -13,7 +13,7 @@
 #include "posix/durable_file.h"
 #include "posix/small_file.h"
 #include "posix/system_error.h"
-#include "spool/file_error.h"
+#include "spool/disk/file_error.h"
 
 namespace qduino::spool {
 
@@ -57,15 +57,15 @@ Result<void> sync_and_move(const std::filesystem::path& from, const std::filesys
 
 }  // namespace
 
-StagedFile::StagedFile(std::filesystem::path path, posix::UniqueFd file, BlobLimits limits)
+IncomingFile::IncomingFile(std::filesystem::path path, posix::UniqueFd file, BlobLimits limits)
     : path_(std::move(path)), file_(std::move(file)), limits_(limits) {}
 
-StagedFile::~StagedFile() {
+IncomingFile::~IncomingFile() {
     ::unlink(path_.c_str());
     ::unlink(layers_path().c_str());
 }
 
-Result<void> StagedFile::write(std::span<const char> bytes) {
+Result<void> IncomingFile::write(std::span<const char> bytes) {
     QDUINO_EXPECT(file_.valid());
     if (bytes.size() > limits_.size_max_bytes - size_) {
         return make_error(ErrorCode::out_of_range, "the file is longer than this printer accepts");
@@ -85,12 +85,25 @@ Result<void> StagedFile::write(std::span<const char> bytes) {
     return {};
 }
 
-Result<void> StagedFile::seal() {
+Result<void> IncomingFile::Layers::write(std::span<const char> bytes) {
+    const Result<void> written = file_.write(bytes);
+    return written.ok() ? written : file_error(written.error());
+}
+
+Result<void> IncomingFile::seal() {
     QDUINO_EXPECT(file_.valid());
     const posix::UniqueFd file = std::move(file_);
     if (::fdatasync(file.get()) != 0) return file_error("sync", "a file", errno);
     sha256_ = hash_.finish();
     return {};
+}
+
+std::shared_ptr<const ByteSource> IncomingFile::content() const { return posix::FileBytes::open(path_); }
+
+std::uint64_t IncomingFile::layers_bytes() const {
+    std::error_code absent;
+    const std::uintmax_t bytes = std::filesystem::file_size(layers_path(), absent);
+    return absent ? 0 : bytes;
 }
 
 BlobStore::BlobStore(std::filesystem::path folder, BlobLimits limits)
@@ -117,22 +130,15 @@ Result<std::unique_ptr<BlobStore>> BlobStore::open(const std::filesystem::path& 
     return store;
 }
 
-Result<std::unique_ptr<StagedFile>> BlobStore::stage() const {
+Result<std::unique_ptr<StagedFile>> BlobStore::stage() {
     const std::filesystem::path path = incoming_ / random_name();
     posix::UniqueFd file{::open(path.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0600)};
     if (!file.valid()) return file_error("create", "a file", errno);
-    return std::unique_ptr<StagedFile>{new StagedFile{path, std::move(file), limits_}};
-}
-
-std::uint64_t BlobStore::size_of(std::uint64_t gcode_bytes, const std::filesystem::path& packed_layers,
-                                 const BlobCompanions& companions) {
-    std::error_code absent;
-    const std::uintmax_t layers = std::filesystem::file_size(packed_layers, absent);
-    return gcode_bytes + (absent ? 0 : layers) + companions.layers_index.size() + companions.thumbnail.size();
+    return std::unique_ptr<StagedFile>{new IncomingFile{path, std::move(file), limits_}};
 }
 
 Result<void> BlobStore::take_in(const std::string& sha256, const std::filesystem::path& gcode,
-                                const std::filesystem::path& layers, const BlobCompanions& companions,
+                                const std::filesystem::path& layers, const FileCompanions& companions,
                                 std::span<const UploadRecord> records) const {
     // Companions first: once the blob itself has its name, everything else is there.
     Result<void> done = sync_and_move(layers, path(sha256, BlobPart::layers));
@@ -150,29 +156,29 @@ Result<void> BlobStore::take_in(const std::string& sha256, const std::filesystem
     return done.ok() ? done : file_error(done.error());
 }
 
-Result<void> BlobStore::adopt(StagedFile& file, const BlobCompanions& companions,
-                              const UploadRecord& record) const {
+Result<void> BlobStore::adopt(StagedFile& file, const FileCompanions& companions,
+                              const UploadRecord& record) {
     QDUINO_EXPECT(!file.sha256().empty());
+    const auto& incoming = static_cast<const IncomingFile&>(file);  // stage() makes no others
     std::vector<UploadRecord> all = records(file.sha256());
     if (all.size() >= kRecordsMax) all.erase(all.begin());
     all.push_back(record);
-    return take_in(file.sha256(), file.path(), file.layers_path(), companions, all);
+    return take_in(file.sha256(), incoming.path(), incoming.layers_path(), companions, all);
 }
 
 Result<void> BlobStore::adopt_again(const std::string& sha256, const std::filesystem::path& layers,
-                                    const BlobCompanions& companions,
-                                    std::span<const UploadRecord> records) const {
+                                    const FileCompanions& companions, std::span<const UploadRecord> records) {
     QDUINO_TRY(take_in(sha256, part_of(set_aside_, sha256, BlobPart::gcode), layers, companions, records));
     confirm(sha256);
     for (const BlobPart part : kParts) ::unlink(part_of(set_aside_, sha256, part).c_str());
     return {};
 }
 
-void BlobStore::confirm(const std::string& sha256) const {
+void BlobStore::confirm(const std::string& sha256) {
     ::rename(path(sha256, BlobPart::new_record).c_str(), path(sha256, BlobPart::record).c_str());
 }
 
-void BlobStore::forget(const std::string& sha256, JobId id) const {
+void BlobStore::forget(const std::string& sha256, JobId id) {
     std::vector<UploadRecord> left = records(sha256);
     std::erase_if(left, [id](const UploadRecord& record) { return record.id == id; });
     // An upload that stays in the record comes back, held, after a repair: harmless.
@@ -194,8 +200,12 @@ std::vector<UploadRecord> BlobStore::records(const std::string& sha256) const {
     return {};
 }
 
-void BlobStore::remove(const std::string& sha256) const {
+void BlobStore::remove(const std::string& sha256) {
     for (const BlobPart part : kParts) ::unlink(path(sha256, part).c_str());
+}
+
+std::shared_ptr<const ByteSource> BlobStore::content(const std::string& sha256, FilePart part) const {
+    return posix::FileBytes::open(path(sha256, static_cast<BlobPart>(part)));
 }
 
 void BlobStore::remove_partial(const std::string& name) const { ::unlink((blobs_ / name).c_str()); }

@@ -8,7 +8,7 @@
 #include "printer/machine_config.h"
 #include "spool/analyzer.h"
 
-namespace qduino::printd {
+namespace qduino::analysis {
 
 class PreflightAnalyzer final : public spool::Analyzer {
   public:
@@ -21,7 +21,7 @@ class PreflightAnalyzer final : public spool::Analyzer {
         return Nanoseconds{step_cost_ns_.load(std::memory_order_relaxed)};
     }
 
-    std::unique_ptr<spool::FileReading> begin(const std::filesystem::path& layers) override;
+    std::unique_ptr<spool::FileReading> begin(ByteSink& layers) override;
 
   private:
     printer::MachineConfig machine_;
@@ -32,4 +32,4 @@ class PreflightAnalyzer final : public spool::Analyzer {
 /// (a temperature out of range, say). Error: invalid_argument, out_of_range.
 [[nodiscard]] Result<void> check_line(const printer::MachineConfig& machine, std::string_view line);
 
-}  // namespace qduino::printd
+}  // namespace qduino::analysis

@@ -1,4 +1,4 @@
-// The bytes of jobs, as files that the server names.
+// The bytes of jobs on a disk, as files that the server names.
 //
 //   DIR/incoming/RANDOM         an upload on its way; swept away at the next start
 //   DIR/blobs/SHA256.gcode      whole, durable, never changed; printing reads it
@@ -9,9 +9,8 @@
 //                               `printd --recover` makes jobs of them again
 //   DIR/blobs-journal-id        the journal that these blobs belong to
 //
-//   StagedFile: write … write → seal (fdatasync, SHA-256)     on a worker thread
-//   BlobStore:  adopt: rename into blobs/, fsync the folder   on the spool's thread, before the row
-//                                                             of the job commits
+//   seal    fdatasync, SHA-256
+//   adopt   rename into blobs/, fsync the folder: before the row of the job commits
 //
 // Invariants: a file in blobs/ is whole. A file without a job's row was left by a kill between
 // rename and commit, or between the deletion of its row and its own. Only the journal that these
@@ -27,9 +26,10 @@
 #include <vector>
 
 #include "base/result.h"
+#include "posix/file_bytes.h"
 #include "posix/unique_fd.h"
-#include "spool/job.h"
-#include "spool/sha256.h"
+#include "spool/disk/sha256.h"
+#include "spool/files.h"
 
 namespace qduino::spool {
 
@@ -39,57 +39,48 @@ struct BlobLimits {
     std::uint64_t free_space_min_bytes = std::uint64_t{64} << 20;
 };
 
-/// An upload on its way in. One thread at a time. Unless adopted, it is removed with its companions
-/// when it is destroyed.
-class StagedFile {
+/// An upload in incoming/.
+class IncomingFile final : public StagedFile {
   public:
-    ~StagedFile();
-    StagedFile(const StagedFile&) = delete;
-    StagedFile& operator=(const StagedFile&) = delete;
+    ~IncomingFile() override;
+    IncomingFile(const IncomingFile&) = delete;
+    IncomingFile& operator=(const IncomingFile&) = delete;
 
-    /// Appends. Errors: out_of_range (longer than the limit), unavailable (disk full), internal
-    /// (I/O).
-    [[nodiscard]] Result<void> write(std::span<const char> bytes);
-    /// Brings it to the disk, and hashes it. Once; no write after it. Errors as write().
-    [[nodiscard]] Result<void> seal();
+    [[nodiscard]] Result<void> write(std::span<const char> bytes) override;
+    [[nodiscard]] Result<void> seal() override;
+    [[nodiscard]] ByteSink& layers() override { return layers_; }
+    [[nodiscard]] std::shared_ptr<const ByteSource> content() const override;
+    [[nodiscard]] std::uint64_t layers_bytes() const override;
 
-    [[nodiscard]] std::uint64_t size() const { return size_; }
-    /// Known after seal().
-    [[nodiscard]] const std::string& sha256() const { return sha256_; }
     [[nodiscard]] const std::filesystem::path& path() const { return path_; }
-    /// The file into which the analyzer packs this file's layers.
+    /// The file into which its layers are packed.
     [[nodiscard]] std::filesystem::path layers_path() const { return path_.string() + ".layers"; }
 
   private:
     friend class BlobStore;
-    StagedFile(std::filesystem::path path, posix::UniqueFd file, BlobLimits limits);
+    class Layers final : public ByteSink {
+      public:
+        explicit Layers(std::filesystem::path path) : file_(std::move(path)) {}
+        [[nodiscard]] Result<void> write(std::span<const char> bytes) override;
+
+      private:
+        posix::FileSink file_;
+    };
+    IncomingFile(std::filesystem::path path, posix::UniqueFd file, BlobLimits limits);
 
     std::filesystem::path path_;
     posix::UniqueFd file_;
+    Layers layers_{layers_path()};
     BlobLimits limits_;
     Sha256 hash_;
-    std::uint64_t size_ = 0;
     std::uint64_t space_checked_at_ = 0;
-    std::string sha256_;
 };
 
-/// Kinds of files that belong to one blob.
+/// Kinds of files that belong to one blob: those of FilePart, and the uploads, from which a lost
+/// journal is rebuilt.
 enum class BlobPart : std::uint8_t { gcode, layers, layers_index, thumbnail, record, new_record };
 
-/// One upload of a blob's bytes, written beside them: from it a lost journal is rebuilt.
-struct UploadRecord {
-    JobId id = 0;
-    UnixSeconds uploaded_s = 0;
-    std::string name;
-};
-
-/// The small files beside the bytes.
-struct BlobCompanions {
-    std::string_view layers_index;
-    std::string_view thumbnail;
-};
-
-class BlobStore {
+class BlobStore final : public Files {
   public:
     /// How many uploads of the same bytes are remembered: the newest.
     static constexpr std::size_t kRecordsMax = 256;
@@ -99,32 +90,31 @@ class BlobStore {
     [[nodiscard]] static Result<std::unique_ptr<BlobStore>> open(const std::filesystem::path& folder,
                                                                  BlobLimits limits);
 
-    /// A new file in incoming/. Any thread. Errors: unavailable (disk full), internal.
-    [[nodiscard]] Result<std::unique_ptr<StagedFile>> stage() const;
-    /// The bytes that adopt() will store. There may be no packed layers.
-    [[nodiscard]] static std::uint64_t size_of(std::uint64_t gcode_bytes,
-                                               const std::filesystem::path& packed_layers,
-                                               const BlobCompanions& companions);
-    /// Moves a sealed file and its packed layers into blobs/, writes its small companions, and
-    /// makes that durable. The same bytes may be there already: then nothing is moved. Errors:
-    /// unavailable, internal.
-    [[nodiscard]] Result<void> adopt(StagedFile& file, const BlobCompanions& companions,
-                                     const UploadRecord& record) const;
+    /// A new file in incoming/.
+    [[nodiscard]] Result<std::unique_ptr<StagedFile>> stage() override;
+    /// Moves a file of this store and its packed layers into blobs/, writes its small companions,
+    /// and makes that durable.
+    [[nodiscard]] Result<void> adopt(StagedFile& file, const FileCompanions& companions,
+                                     const UploadRecord& record) override;
     /// The same for a blob that lies in set-aside/ or in blobs/ already; its packed layers are at
     /// `layers`.
     [[nodiscard]] Result<void> adopt_again(const std::string& sha256, const std::filesystem::path& layers,
-                                           const BlobCompanions& companions,
-                                           std::span<const UploadRecord> records) const;
-    /// Call when the journal has the rows of all uploads of this blob.
-    void confirm(const std::string& sha256) const;
-    /// Call when one upload of a blob is deleted that other jobs still need.
-    void forget(const std::string& sha256, JobId id) const;
+                                           const FileCompanions& companions,
+                                           std::span<const UploadRecord> records);
+    void confirm(const std::string& sha256) override;
+    void forget(const std::string& sha256, JobId id) override;
     /// The uploads that were confirmed, oldest first. Empty when none was, or when an older program
     /// stored the blob.
     [[nodiscard]] std::vector<UploadRecord> records(const std::string& sha256) const;
 
-    /// Removes all parts of a blob. A missing part is no error.
-    void remove(const std::string& sha256) const;
+    void remove(const std::string& sha256) override;
+    [[nodiscard]] std::shared_ptr<const ByteSource> content(const std::string& sha256,
+                                                            FilePart part) const override;
+    [[nodiscard]] std::string place_of(const std::string& sha256) const override {
+        return path(sha256, BlobPart::gcode);
+    }
+    [[nodiscard]] std::uint64_t size_max_bytes() const override { return limits_.size_max_bytes; }
+
     /// Removes a file of blobs/ whose writing was never finished.
     void remove_partial(const std::string& name) const;
     /// Moves all parts of a blob to set-aside/. Error: internal, when that folder cannot be
@@ -144,7 +134,6 @@ class BlobStore {
     }
     /// Where the G-code lies, in blobs/ or in set-aside/.
     [[nodiscard]] std::filesystem::path find_gcode(const std::string& sha256) const;
-    [[nodiscard]] const BlobLimits& limits() const { return limits_; }
 
   private:
     BlobStore(std::filesystem::path folder, BlobLimits limits);
@@ -152,7 +141,7 @@ class BlobStore {
                                                        const std::string& sha256, BlobPart part);
     [[nodiscard]] static std::vector<std::string> blobs_in(const std::filesystem::path& folder);
     [[nodiscard]] Result<void> take_in(const std::string& sha256, const std::filesystem::path& gcode,
-                                       const std::filesystem::path& layers, const BlobCompanions& companions,
+                                       const std::filesystem::path& layers, const FileCompanions& companions,
                                        std::span<const UploadRecord> records) const;
     std::filesystem::path folder_;
     std::filesystem::path incoming_;

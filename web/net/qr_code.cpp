@@ -1,4 +1,4 @@
-#include "web/qr_code.h"
+#include "web/net/qr_code.h"
 
 #include <qrencode.h>
 

@@ -1,4 +1,4 @@
-#include "spool/ballast.h"
+#include "spool/disk/ballast.h"
 
 #include <fcntl.h>
 #include <sys/stat.h>

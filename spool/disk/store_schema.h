@@ -1,5 +1,5 @@
 // The journal's tables, the update of an older journal, and the check whether a file is sound. For
-// store.cpp.
+// sqlite_store.cpp.
 #pragma once
 
 #include <SQLiteCpp/SQLiteCpp.h>

@@ -1,10 +1,10 @@
-#include "spool/store_schema.h"
+#include "spool/disk/store_schema.h"
 
 #include <sqlite3.h>
 
 #include <string>
 
-#include "spool/sha256.h"
+#include "spool/disk/sha256.h"
 
 namespace qduino::spool {
 

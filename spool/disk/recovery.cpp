@@ -1,14 +1,11 @@
-#include "spool/recovery.h"
-
-#include <fcntl.h>
+#include "spool/disk/recovery.h"
 
 #include <algorithm>
 #include <array>
 #include <vector>
 
-#include "posix/small_file.h"
-#include "posix/unique_fd.h"
-#include "spool/journal.h"
+#include "posix/file_bytes.h"
+#include "spool/disk/journal.h"
 #include "spool/queue.h"
 
 namespace qduino::spool {
@@ -22,15 +19,14 @@ struct Found {
     [[nodiscard]] JobId first_id() const { return uploads.empty() ? 0 : uploads.front().id; }
 };
 
-Result<bool> has_bytes_of_its_name(const std::filesystem::path& file, const std::string& sha256) {
-    const posix::UniqueFd opened{::open(file.c_str(), O_RDONLY | O_CLOEXEC)};
-    if (!opened.valid()) return make_error(ErrorCode::internal, "job files: cannot read a stored file");
+Result<bool> has_bytes_of_its_name(const ByteSource& file, const std::string& sha256) {
     Sha256 hash;
     std::array<char, 64 * 1024> bytes;
-    for (;;) {
-        QDUINO_TRY_ASSIGN(const std::size_t count, posix::read_some(opened.get(), bytes, "a stored file"));
+    for (std::uint64_t at = 0;;) {
+        QDUINO_TRY_ASSIGN(const std::size_t count, file.read_at(at, bytes));
         if (count == 0) break;
         hash.add(std::span{bytes}.first(count));
+        at += count;
     }
     return hash.finish() == sha256;
 }
@@ -42,7 +38,7 @@ std::string name_of(const UploadRecord& record, const std::string& sha256) {
 /// One walk through all blobs.
 class Walk {
   public:
-    Walk(Store& store, const BlobStore& blobs, Analyzer* analyzer)
+    Walk(Store& store, BlobStore& blobs, Analyzer* analyzer)
         : store_(store), blobs_(blobs), analyzer_(analyzer) {}
 
     Result<void> prepare() {
@@ -70,11 +66,12 @@ class Walk {
   private:
     [[nodiscard]] Result<std::vector<UploadRecord>> lost_uploads(const Found& blob);
     [[nodiscard]] Result<std::string> leave(const Found& blob, const std::string& why);
-    [[nodiscard]] Result<std::string> make_jobs(const Found& blob, std::vector<UploadRecord> lost);
+    [[nodiscard]] Result<std::string> make_jobs(const Found& blob, std::vector<UploadRecord> lost,
+                                                const ByteSource& gcode);
     [[nodiscard]] Result<void> forget(const std::vector<Job>& jobs);
 
     Store& store_;
-    const BlobStore& blobs_;
+    BlobStore& blobs_;
     Analyzer* analyzer_;
     std::vector<Found> found_;
     JobId next_id_ = 1;
@@ -111,27 +108,28 @@ Result<std::string> Walk::take(const Found& blob) {
         ++result_.known;
         return blob.sha256.substr(0, 12) + ": the journal has its jobs";
     }
-    QDUINO_TRY_ASSIGN(const bool whole, has_bytes_of_its_name(blobs_.find_gcode(blob.sha256), blob.sha256));
+    const auto gcode = posix::FileBytes::open(blobs_.find_gcode(blob.sha256));
+    if (!gcode) return make_error(ErrorCode::internal, "job files: cannot read a stored file");
+    QDUINO_TRY_ASSIGN(const bool whole, has_bytes_of_its_name(*gcode, blob.sha256));
     if (!whole) return leave(blob, "its bytes are damaged; upload the file again");
-    return make_jobs(blob, std::move(lost));
+    return make_jobs(blob, std::move(lost), *gcode);
 }
 
-Result<std::string> Walk::make_jobs(const Found& blob, std::vector<UploadRecord> lost) {
-    const std::filesystem::path gcode = blobs_.find_gcode(blob.sha256);
+Result<std::string> Walk::make_jobs(const Found& blob, std::vector<UploadRecord> lost,
+                                    const ByteSource& gcode) {
     // A place for the packed layers; removed with it.
     QDUINO_TRY_ASSIGN(std::unique_ptr<StagedFile> room, blobs_.stage());
     Result<Analysis> analysis = Analysis{};
-    if (analyzer_) analysis = analyzer_->analyze(gcode, room->layers_path());
+    if (analyzer_) analysis = analyzer_->analyze(gcode, room->layers());
     if (!analysis.ok()) return analysis.error();
     if (analysis->verdict != Analysis::Verdict::fits) return leave(blob, analysis->message);
 
     Job job;
-    std::error_code absent;
     job.sha256 = blob.sha256;
-    job.size = std::filesystem::file_size(gcode, absent);
+    job.size = gcode.size();
     describe(job, *analysis);
-    const BlobCompanions companions{analysis->layers_json, analysis->thumbnail};
-    job.stored_bytes = BlobStore::size_of(job.size, room->layers_path(), companions);
+    const FileCompanions companions{analysis->layers_json, analysis->thumbnail};
+    job.stored_bytes = job.size + stored_bytes_of(*room, companions);
     job.hold = true;
     Commit commit;
     std::vector<UploadRecord> uploads;
@@ -148,7 +146,8 @@ Result<std::string> Walk::make_jobs(const Found& blob, std::vector<UploadRecord>
         commit.jobs.put.push_back(job);
         uploads.push_back(upload);
     }
-    QDUINO_TRY(blobs_.adopt_again(blob.sha256, room->layers_path(), companions, uploads));
+    QDUINO_TRY(blobs_.adopt_again(blob.sha256, static_cast<IncomingFile&>(*room).layers_path(), companions,
+                                  uploads));
     QDUINO_TRY(store_.commit(commit));
     result_.jobs += commit.jobs.put.size();
     return text<std::string>("job ", job.id, " (", job.name, "), held");
@@ -183,14 +182,7 @@ Result<void> Walk::forget_deleted() {
 
 }  // namespace
 
-void describe(Job& job, const Analysis& analysis) {
-    job.facts_json = analysis.facts_json.empty() ? "{}" : analysis.facts_json;
-    job.estimated_s = analysis.estimated_s;
-    job.has_layers = !analysis.layers_json.empty();
-    job.has_thumbnail = !analysis.thumbnail.empty();
-}
-
-Result<Recovered> recover_jobs(Store& store, const BlobStore& blobs, Analyzer* analyzer,
+Result<Recovered> recover_jobs(Store& store, BlobStore& blobs, Analyzer* analyzer,
                                const RecoveryProgress& progress) {
     Walk walk{store, blobs, analyzer};
     QDUINO_TRY(walk.prepare());

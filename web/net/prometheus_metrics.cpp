@@ -1,4 +1,4 @@
-#include "web/metrics.h"
+#include "web/net/prometheus_metrics.h"
 
 #include <prometheus/counter.h>
 #include <prometheus/gauge.h>
@@ -27,7 +27,7 @@ constexpr std::array<const char*, 5> kStatusClasses{"1xx", "2xx", "3xx", "4xx", 
 
 }  // namespace
 
-struct Metrics::Families {
+struct PrometheusMetrics::Families {
     prometheus::Registry registry;
     prometheus::Family<prometheus::Counter>& requests =
         counters(registry, "qduino_http_requests_total", "Requests answered, by class of status");
@@ -57,23 +57,23 @@ struct Metrics::Families {
                                              .Add({});
 };
 
-Metrics::Metrics() : families_(std::make_unique<Families>()) {}
-Metrics::~Metrics() = default;
+PrometheusMetrics::PrometheusMetrics() : families_(std::make_unique<Families>()) {}
+PrometheusMetrics::~PrometheusMetrics() = default;
 
-void Metrics::count_request(int status) {
+void PrometheusMetrics::count_request(int status) {
     const int index = status / 100 - 1;
     if (index < 0 || index >= static_cast<int>(kStatusClasses.size())) return;
     families_->requests.Add({{"status", kStatusClasses[static_cast<std::size_t>(index)]}}).Increment();
 }
 
-void Metrics::count_upload(std::uint64_t bytes) {
+void PrometheusMetrics::count_upload(std::uint64_t bytes) {
     families_->uploads.Increment();
     families_->upload_bytes.Increment(static_cast<double>(bytes));
 }
 
-void Metrics::count_refused_login() { families_->refused_logins.Increment(); }
+void PrometheusMetrics::count_refused_login() { families_->refused_logins.Increment(); }
 
-std::string Metrics::text(const spool::Spool& spool) {
+std::string PrometheusMetrics::text(const spool::Spool& spool) {
     Families& f = *families_;
     spool::JobCounts counts = spool.counts();
     for (const spool::JobState state :

@@ -13,7 +13,7 @@
 
 #include "base/result.h"
 #include "spool/analyzer.h"
-#include "spool/blob_store.h"
+#include "spool/disk/blob_store.h"
 #include "spool/store.h"
 
 namespace qduino::spool {
@@ -29,13 +29,10 @@ struct Recovered {
 /// Called after each blob: how many of how many, and what became of it.
 using RecoveryProgress = std::function<void(std::size_t done, std::size_t total, const std::string& words)>;
 
-/// Writes the analyzer's findings into `job`.
-void describe(Job& job, const Analysis& analysis);
-
 /// Goes through blobs/ and set-aside/. `analyzer` may be null: the jobs then have no facts. The
 /// journal counts as whole afterwards. After a kill at any point it may be done again. No other
 /// process may use the folder meanwhile. Errors: unavailable, internal.
-[[nodiscard]] Result<Recovered> recover_jobs(Store& store, const BlobStore& blobs, Analyzer* analyzer,
+[[nodiscard]] Result<Recovered> recover_jobs(Store& store, BlobStore& blobs, Analyzer* analyzer,
                                              const RecoveryProgress& progress);
 
 /// `printd --recover`: opens the journal of DIR, or sets it aside when it cannot be opened, and

@@ -1,14 +1,9 @@
-#include "apps/printd/analyzer.h"
+#include "analysis/preflight_analyzer.h"
 
-#include <fcntl.h>
-
-#include <cerrno>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "posix/small_file.h"
-#include "posix/unique_fd.h"
 #include "printer/estimate/estimator.h"
 #include "printer/facts/facts_json.h"
 #include "printer/gcode/interpreter.h"
@@ -17,9 +12,8 @@
 #include "printer/preflight/layer_packer.h"
 #include "printer/preflight/preflight.h"
 #include "printer/preflight/prologue.h"
-#include "spool/file_error.h"
 
-namespace qduino::printd {
+namespace qduino::analysis {
 
 namespace {
 
@@ -32,19 +26,18 @@ using printer::preflight::Finding;
 std::string text_of(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
 /// Writes packed layers behind one another, and keeps what their index needs.
-class LayerFile final : public printer::preflight::LayerSink {
+class PackedLayers final : public printer::preflight::LayerSink {
   public:
-    explicit LayerFile(const std::filesystem::path& path)
-        : file_(::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600)) {}
+    explicit PackedLayers(ByteSink& bytes) : bytes_(bytes) {}
 
     void on_layer(const printer::preflight::LayerRecord& record,
                   std::span<const std::uint8_t> bytes) override {
         const std::span<const char> text{reinterpret_cast<const char*>(bytes.data()), bytes.size()};
-        failed_ = failed_ || !posix::write_all(file_.get(), text, "packed layers").ok();
+        if (written_) written_ = bytes_.write(text);
         rows_.push_back({record.layer.index, record.part, static_cast<float>(record.layer.z_mm),
                          record.segments, bytes.size(), record.layer.first_byte});
     }
-    [[nodiscard]] bool failed() const { return failed_; }
+    [[nodiscard]] const Result<void>& written() const { return written_; }
     /// A layer's time stands in its first record.
     [[nodiscard]] std::string index(const Estimate& estimate) const {
         std::string index{"["};
@@ -71,9 +64,9 @@ class LayerFile final : public printer::preflight::LayerSink {
         std::uint64_t first_byte;
     };
 
-    posix::UniqueFd file_;
+    ByteSink& bytes_;
     std::vector<Row> rows_;
-    bool failed_ = false;
+    Result<void> written_;
 };
 
 spool::Analysis refusal(const Facts& facts, const printer::MachineConfig& machine) {
@@ -91,8 +84,7 @@ spool::Analysis refusal(const Facts& facts, const printer::MachineConfig& machin
 /// granted.
 class Reading final : public spool::FileReading {
   public:
-    Reading(const printer::MachineConfig& machine, const std::filesystem::path& layers)
-        : machine_(machine), packed_(layers) {
+    Reading(const printer::MachineConfig& machine, ByteSink& layers) : machine_(machine), packed_(layers) {
         preflight_.add_sink(packer_);
         preflight_.add_sink(estimator_);
     }
@@ -104,19 +96,21 @@ class Reading final : public spool::FileReading {
     Result<spool::Analysis> finish() override {
         const Facts& facts = preflight_.finish();
         if (!facts.accepted()) return refusal(facts, machine_);
-        if (packed_.failed()) return spool::file_error("write", "packed layers", ENOSPC);
+        // Where they have no room at all the file is printed without them.
+        const Result<void>& packed = packed_.written();
+        if (!packed && packed.error().code != ErrorCode::out_of_range) return packed.error();
         spool::Analysis analysis;
         const Estimate& estimate = estimator_.estimate();
         analysis.facts_json = text_of(printer::facts_json(facts, estimate));
         analysis.estimated_s = estimate.total_s;
-        analysis.layers_json = packed_.index(estimate);
+        if (packed) analysis.layers_json = packed_.index(estimate);
         analysis.thumbnail.assign(facts.thumbnail.png.begin(), facts.thumbnail.png.end());
         return analysis;
     }
 
   private:
     printer::MachineConfig machine_;
-    LayerFile packed_;
+    PackedLayers packed_;
     printer::preflight::LayerPacker packer_{machine_.filament_diameter.value(), packed_};
     printer::preflight::Preflight preflight_{machine_};
     printer::estimate::Estimator estimator_{machine_};
@@ -124,7 +118,7 @@ class Reading final : public spool::FileReading {
 
 }  // namespace
 
-std::unique_ptr<spool::FileReading> PreflightAnalyzer::begin(const std::filesystem::path& layers) {
+std::unique_ptr<spool::FileReading> PreflightAnalyzer::begin(ByteSink& layers) {
     printer::MachineConfig machine = machine_;
     machine.step_cost = step_cost();
     return std::make_unique<Reading>(machine, layers);
@@ -145,4 +139,4 @@ Result<void> check_line(const printer::MachineConfig& machine, std::string_view 
     return in_inches.execute(**parsed).ok() ? Result<void>{} : done;
 }
 
-}  // namespace qduino::printd
+}  // namespace qduino::analysis
