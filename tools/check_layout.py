@@ -238,9 +238,6 @@ LARGE = {
     ("printer/step/solver.h", "Solver"): (40, 27),
     ("qduino/commands/metal.cpp", "Metal"): (40, 21),
     ("runtime/runtime.h", "Runtime"): (51, 20),
-    ("twin/asked_path.h", "AskedPath"): (46, 25),
-    ("twin/printer.h", "Printer"): (40, 22),
-    ("web/connection.h", "Connection"): (40, 22),
 }
 
 

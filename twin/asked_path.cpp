@@ -15,6 +15,18 @@ constexpr double kInchMm = 25.4;
 /// M428 takes a place for the switch's when it is no further from it.
 constexpr double kReferenceMm = 20;
 
+void read_mm(const CommandLine& command, char letter, double unit_mm, double& mm) {
+    if (command.has(letter)) mm = command.value(letter) * unit_mm;
+}
+
+/// A mask of the slides whose letters are there.
+std::uint8_t named_slides(const CommandLine& command) {
+    std::uint8_t mask = 0;
+    for (std::size_t axis = 0; axis < kSlideCount; ++axis)
+        if (command.has(kAxisLetter[axis])) mask = static_cast<std::uint8_t>(mask | 1u << axis);
+    return mask;
+}
+
 }  // namespace
 
 AskedPath::AskedPath(ByteSource& source, const Position& start, const Machine& machine,
@@ -23,21 +35,21 @@ AskedPath::AskedPath(ByteSource& source, const Position& start, const Machine& m
       compensation_(compensation),
       bed_(bed),
       gantry_(machine),
-      extruder_steps_per_mm_(machine.axes[kExtruder].steps_per_mm),
       program_(start),
       machine_(start),
       flavour_(machine.flavour),
       out_(start) {
     filament_.peak_mm = start[kExtruder];
     filament_.diameter_mm = machine.filament_diameter_mm;
+    filament_.steps_per_mm = machine.axes[kExtruder].steps_per_mm;
     const Position home = home_of(machine);
-    for (std::size_t axis = 0; axis < kSlideCount; ++axis) home_mm_[axis] = home[axis];
+    for (std::size_t axis = 0; axis < kSlideCount; ++axis) known_.home_mm[axis] = home[axis];
     // Rows go to and fro, so after an odd number of them the head is at the far end of the last.
     const GridSpec& grid = machine.grid;
-    probed_at_[0] =
+    known_.probed_at[0] =
         (grid.points[1] % 2 != 0 ? grid.maximum_mm : grid.minimum_mm)[0] - machine.probe.x_offset_mm;
-    probed_at_[1] = grid.maximum_mm[1] - machine.probe.y_offset_mm;
-    probed_at_[2] = grid.clearance_mm;
+    known_.probed_at[1] = grid.maximum_mm[1] - machine.probe.y_offset_mm;
+    known_.probed_at[2] = grid.clearance_mm;
 }
 
 AskedItem AskedPath::next() {
@@ -53,12 +65,12 @@ AskedItem AskedPath::next() {
             continue;
         }
         note_line_end();
-        const std::optional<CommandLine> command = over_ ? std::nullopt : lines_.next();
+        const std::optional<CommandLine> command = end_.over ? std::nullopt : lines_.next();
         if (command) {
             run(*command);
             run_typed();
-        } else if (!ended_) {
-            ended_ = true;
+        } else if (!end_.given) {
+            end_.given = true;
             leave_part();
         } else {
             return {AskedItem::Kind::end, 0, false, lines_.number(), machine_, 0, bed_.now()};
@@ -131,7 +143,7 @@ void AskedPath::run_m(const CommandLine& command) {
         case 2:
         case 30:
             // With a name M30 deletes a file.
-            over_ = over_ || command.number == 2 || (command.present == 0 && command.tail.empty());
+            end_.over = end_.over || command.number == 2 || (command.present == 0 && command.tail.empty());
             return;
         case 18:
         case 84:
@@ -144,21 +156,21 @@ void AskedPath::run_m(const CommandLine& command) {
             return;
         case 92:
             if (command.value('E') > 0 && command.value('T') == 0)
-                filament_.scale = command.value('E') / extruder_steps_per_mm_;
+                filament_.scale = command.value('E') / filament_.steps_per_mm;
             return;
         case 200:
-            return volumetric(command);
+            return filament_.run_m200(command, modes_.unit_mm);
         case 206:
             for (std::size_t axis = 0; axis < kSlideCount; ++axis)
                 if (command.has(kAxisLetter[axis]))
                     set_home_offset(axis, command.value(kAxisLetter[axis]) * modes_.unit_mm);
             return;
         case 207:
-            read_mm(command, 'S', retraction_.length_mm);
-            read_mm(command, 'Z', retraction_.lift_mm);
+            read_mm(command, 'S', modes_.unit_mm, retraction_.length_mm);
+            read_mm(command, 'Z', modes_.unit_mm, retraction_.lift_mm);
             return;
         case 208:
-            return read_mm(command, 'S', retraction_.extra_mm);
+            return read_mm(command, 'S', modes_.unit_mm, retraction_.extra_mm);
         case 221:
             return change_flow(command);
         case 428:
@@ -168,40 +180,37 @@ void AskedPath::run_m(const CommandLine& command) {
     }
 }
 
-void AskedPath::read_mm(const CommandLine& command, char letter, double& mm) const {
-    if (command.has(letter)) mm = command.value(letter) * modes_.unit_mm;
-}
-
 // ---- what is typed beside the job ---------------------------------------------------------------
 
 std::optional<AskedPath::Stretch> AskedPath::insert(std::uint64_t behind, std::string_view line,
                                                     double left_mm) {
     lines_.insert(behind, line, left_mm);
-    stretched_.reset();
+    typed_.stretched.reset();
     run_typed();
-    return std::exchange(stretched_, std::nullopt);
+    return std::exchange(typed_.stretched, std::nullopt);
 }
 
 /// Before more of the file is read: what is still to be given out of its line may be changed.
 void AskedPath::run_typed() {
-    if (curve_.active() || over_) return;
+    if (curve_.active() || end_.over) return;
     note_line_end();
     while (const std::optional<CommandLine> typed = lines_.take_typed()) run(*typed);
 }
 
 void AskedPath::note_line_end() {
-    if (line_ends_.empty() || line_ends_.back().line != lines_.number()) line_ends_.push_back({});
-    line_ends_.back() = {lines_.number(), machine_[kExtruder]};
-    if (line_ends_.size() > kLineEnds) line_ends_.pop_front();
+    if (typed_.line_ends.empty() || typed_.line_ends.back().line != lines_.number())
+        typed_.line_ends.push_back({});
+    typed_.line_ends.back() = {lines_.number(), machine_[kExtruder]};
+    if (typed_.line_ends.size() > kLineEnds) typed_.line_ends.pop_front();
 }
 
 void AskedPath::change_flow(const CommandLine& command) {
     if (!command.has('S') || command.value('T') != 0 || command.value('D') != 0) return;
     const double before = std::exchange(filament_.flow, command.value('S') / 100.0);
     if (!command.typed || before <= 0 || before == filament_.flow || waiting_.active) return;
-    const auto then = std::find_if(line_ends_.rbegin(), line_ends_.rend(),
+    const auto then = std::find_if(typed_.line_ends.rbegin(), typed_.line_ends.rend(),
                                    [&](const LineEnd& end) { return end.line <= command.typed->behind; });
-    if (then == line_ends_.rend()) return;
+    if (then == typed_.line_ends.rend()) return;
     const double left_mm = command.typed->left_mm;
     stretch({command.typed->behind, then->e_mm - left_mm, left_mm, filament_.flow / before});
 }
@@ -212,7 +221,7 @@ void AskedPath::stretch(Stretch by) {
     machine_[kExtruder] += extra_mm;
     filament_.net_mm += extra_mm;
     filament_.pushed_mm += extra_mm;
-    for (LineEnd& end : line_ends_)
+    for (LineEnd& end : typed_.line_ends)
         if (end.line >= by.line) end.e_mm = by.moved(end.e_mm);
     for (std::size_t i = given_.size(); i-- > 0;) {
         const Position from = i > 0 ? given_[i - 1].to : out_;
@@ -232,42 +241,37 @@ void AskedPath::stretch(Stretch by) {
         item.to[kExtruder] = by.moved(item.to[kExtruder]);
         if (!behind) by.left_mm -= way_mm;
     }
-    stretched_ = by;
+    typed_.stretched = by;
 }
 
 // ---- filament -----------------------------------------------------------------------------------
 
 /// The numbers of E are added to where it is.
-bool AskedPath::e_counts_on() const {
-    switch (flavour_.value_or(lines_.flavour())) {
+bool AskedPath::Modes::e_counts_on(Flavour flavour) const {
+    switch (flavour) {
         case Flavour::marlin:
-            return modes_.axes_rule_e ? modes_.relative : modes_.relative_e;
+            return axes_rule_e ? relative : relative_e;
         case Flavour::reprap:
         case Flavour::klipper:
             break;
     }
-    return modes_.relative_e || modes_.relative;
-}
-
-/// The unit of a word of E: millimetres, or while extrusion is volumetric mm³.
-double AskedPath::e_unit() const {
-    return filament_.volumetric ? modes_.unit_mm * modes_.unit_mm * modes_.unit_mm : modes_.unit_mm;
+    return relative_e || relative;
 }
 
 /// Millimetres of filament, as this machine counts them, for one of a word's.
-double AskedPath::filament_per_word() const {
-    const double area_mm2 = std::numbers::pi / 4 * filament_.diameter_mm * filament_.diameter_mm;
-    return filament_.flow * filament_.scale / (filament_.volumetric ? area_mm2 : 1.0);
+double AskedPath::Filament::mm_per_word() const {
+    const double area_mm2 = std::numbers::pi / 4 * diameter_mm * diameter_mm;
+    return flow * scale / (volumetric ? area_mm2 : 1.0);
 }
 
-void AskedPath::volumetric(const CommandLine& command) {
+void AskedPath::Filament::run_m200(const CommandLine& command, double unit_mm) {
     if (command.value('T') != 0) return;  // of a tool that is not there
     if (command.has('D')) {
-        const double diameter_mm = command.value('D') * modes_.unit_mm;
-        filament_.volumetric = diameter_mm > 0;
-        if (filament_.volumetric) filament_.diameter_mm = diameter_mm;
+        const double given_mm = command.value('D') * unit_mm;
+        volumetric = given_mm > 0;
+        if (volumetric) diameter_mm = given_mm;
     }
-    if (command.has('S')) filament_.volumetric = command.value('S') != 0;
+    if (command.has('S')) volumetric = command.value('S') != 0;
 }
 
 void AskedPath::draw_back() {
@@ -308,10 +312,11 @@ Position AskedPath::target(const CommandLine& command) {
         to[axis] = modes_.relative ? program_[axis] + word : word + offsets_.total[axis];
     }
     if (command.has('E')) {
-        const double word = command.value('E') * e_unit();
-        const double delta = e_counts_on() ? word : word - filament_.programmed;
+        const double word = command.value('E') * filament_.unit(modes_.unit_mm);
+        const double delta =
+            modes_.e_counts_on(flavour_.value_or(lines_.flavour())) ? word : word - filament_.programmed;
         filament_.programmed += delta;
-        to[kExtruder] += delta * filament_per_word();
+        to[kExtruder] += delta * filament_.mm_per_word();
     }
     return to;
 }
@@ -429,14 +434,6 @@ void AskedPath::give(const Position& to, bool curved) {
 
 // ---- coordinates --------------------------------------------------------------------------------
 
-/// A mask of the slides whose letters are there.
-std::uint8_t AskedPath::named_slides(const CommandLine& command) {
-    std::uint8_t mask = 0;
-    for (std::size_t axis = 0; axis < kSlideCount; ++axis)
-        if (command.has(kAxisLetter[axis])) mask = static_cast<std::uint8_t>(mask | 1u << axis);
-    return mask;
-}
-
 /// Motors go off: slides that they move are no longer where they were found.
 void AskedPath::forget_places(const CommandLine& command) {
     const std::uint8_t named = named_slides(command);
@@ -445,12 +442,13 @@ void AskedPath::forget_places(const CommandLine& command) {
     if (off != 0) leave_part();
     for (unsigned slide = 0; slide < kSlideCount; ++slide) {
         const auto bit = static_cast<std::uint8_t>(1u << slide);
-        if ((gantry_.motors_of(bit) & off) != 0) homed_ = static_cast<std::uint8_t>(homed_ & ~bit);
+        if ((gantry_.motors_of(bit) & off) != 0)
+            known_.homed = static_cast<std::uint8_t>(known_.homed & ~bit);
     }
 }
 
 void AskedPath::home(const CommandLine& command) {
-    if (command.has('O') && homed_ == 0b111) return;
+    if (command.has('O') && known_.homed == 0b111) return;
     std::uint8_t mask = named_slides(command);
     // Axes that other machines have: nothing of this one is meant.
     if (mask == 0 &&
@@ -459,10 +457,10 @@ void AskedPath::home(const CommandLine& command) {
     // A delta's carriages find the nozzle together.
     if (mask == 0 || !gantry_.is_linear()) mask = 0b111;
     leave_part();
-    homed_ = static_cast<std::uint8_t>(homed_ | mask);
+    known_.homed = static_cast<std::uint8_t>(known_.homed | mask);
     for (std::size_t axis = 0; axis < kSlideCount; ++axis) {
         if ((mask >> axis & 1u) == 0) continue;
-        machine_[axis] = program_[axis] = home_mm_[axis];
+        machine_[axis] = program_[axis] = known_.home_mm[axis];
         offsets_.total[axis] = offsets_.code[axis] - offsets_.home[axis];
         if (axis == 2) retraction_.lifted_mm = 0;
     }
@@ -476,7 +474,8 @@ void AskedPath::home(const CommandLine& command) {
 void AskedPath::probe() {
     leave_part();
     stop_waiting();
-    for (std::size_t axis = 0; axis < kSlideCount; ++axis) machine_[axis] = program_[axis] = probed_at_[axis];
+    for (std::size_t axis = 0; axis < kSlideCount; ++axis)
+        machine_[axis] = program_[axis] = known_.probed_at[axis];
     bed_.lose_place();
     static_cast<void>(bed_.measured());
     given_.push_back({AskedItem::Kind::probe, 0, false, lines_.number(), machine_, 0, bed_.now()});
@@ -489,7 +488,7 @@ void AskedPath::rename(const CommandLine& command) {
         if (all || command.has(letter))
             offsets_.total[axis] = program_[axis] - command.value(letter) * modes_.unit_mm;
     }
-    if (all || command.has('E')) filament_.programmed = command.value('E') * e_unit();
+    if (all || command.has('E')) filament_.programmed = command.value('E') * filament_.unit(modes_.unit_mm);
 }
 
 void AskedPath::set_home_offset(std::size_t axis, double mm) {
@@ -501,7 +500,7 @@ void AskedPath::set_home_offset(std::size_t axis, double mm) {
 void AskedPath::centre_home() {
     Slides off{};
     for (std::size_t axis = 0; axis < kSlideCount; ++axis) {
-        off[axis] = home_mm_[axis] - program_[axis];
+        off[axis] = known_.home_mm[axis] - program_[axis];
         if (std::abs(off[axis]) > kReferenceMm) return;
     }
     for (std::size_t axis = 0; axis < kSlideCount; ++axis) set_home_offset(axis, off[axis]);

@@ -110,12 +110,20 @@ class AskedPath {
     struct Filament {
         double programmed = 0;  ///< what the words of E have counted to: from 0 in each job
         double flow = 1;
+        double steps_per_mm = 1;    ///< of the machine's extruder
         double scale = 1;           ///< M92 E
         double diameter_mm = 1.75;  ///< M200 D
         bool volumetric = false;
         double peak_mm = 0;  ///< the furthest that E of the program has been
         double net_mm = 0;
         double pushed_mm = 0;
+
+        /// The unit of a word of E: millimetres, or while extrusion is volumetric mm³.
+        [[nodiscard]] double unit(double unit_mm) const {
+            return volumetric ? unit_mm * unit_mm * unit_mm : unit_mm;
+        }
+        [[nodiscard]] double mm_per_word() const;
+        void run_m200(const CommandLine& command, double unit_mm);
     };
     struct Modes {
         double unit_mm = 1;
@@ -123,6 +131,8 @@ class AskedPath {
         bool relative_e = false;   ///< M83
         bool axes_rule_e = false;  ///< Marlin's: a G90 or G91 came after the last M82 or M83
         Plane plane = Plane::xy;
+
+        [[nodiscard]] bool e_counts_on(Flavour flavour) const;
     };
     /// SAVE_GCODE_STATE.
     struct Saved {
@@ -144,6 +154,21 @@ class AskedPath {
         std::uint64_t line = 0;
         double e_mm = 0;
     };
+    /// What a person's line may have to change.
+    struct Typed {
+        std::deque<LineEnd> line_ends;
+        std::optional<Stretch> stretched;  ///< … of those, by the line that was typed last
+    };
+    /// Where the machine knows to be.
+    struct Known {
+        Slides home_mm{};
+        Position probed_at{};    ///< where the head is when the bed has been measured
+        std::uint8_t homed = 0;  ///< slides, by the job itself
+    };
+    struct End {
+        bool over = false;   ///< M2, M30: what stands behind is not asked
+        bool given = false;  ///< and what the end asks for has been given
+    };
     void run(const CommandLine& command);
     void run_typed();
     void note_line_end();
@@ -163,13 +188,7 @@ class AskedPath {
     void shift(const CommandLine& command);
     void restore(const CommandLine& command);
     void forget_places(const CommandLine& command);
-    [[nodiscard]] static std::uint8_t named_slides(const CommandLine& command);
-    void volumetric(const CommandLine& command);
-    void read_mm(const CommandLine& command, char letter, double& mm) const;
     [[nodiscard]] Position target(const CommandLine& command);
-    [[nodiscard]] bool e_counts_on() const;
-    [[nodiscard]] double e_unit() const;
-    [[nodiscard]] double filament_per_word() const;
     void begin_waiting(const Position& to);
     void follow(const Position& to, bool curved = false);
     void follow_retraction(const Position& to);
@@ -186,10 +205,8 @@ class AskedPath {
     AskedObjects objects_;
     Compensation compensation_;
     AskedBed bed_;
-    Slides home_mm_{};
-    Position probed_at_{};  // where the head is when the bed has been measured
+    Known known_{};
     Gantry gantry_;
-    double extruder_steps_per_mm_;
     Position program_;  // where the lines read so far lead
     Position machine_;  // where the items lead: behind while the head waits
     Waiting waiting_{};
@@ -199,14 +216,11 @@ class AskedPath {
     Retraction retraction_{};
     std::map<std::string, Saved> saved_{};
     std::optional<Flavour> flavour_;  // of every job
-    std::uint8_t homed_ = 0;          // slides, by the job itself
-    bool over_ = false;               // M2, M30: what stands behind is not asked
-    bool ended_ = false;              // and what the end asks for has been given
+    End end_{};
     AskedCurve curve_{};
     std::deque<AskedItem> given_;  // of the line in hand
     Position out_{};               // the end of the last item that was given out
-    std::deque<LineEnd> line_ends_;
-    std::optional<Stretch> stretched_;  // … of those, by the line that was typed last
+    Typed typed_{};
 };
 
 }  // namespace qduino::twin

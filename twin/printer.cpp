@@ -100,7 +100,7 @@ const AxisSpec& Printer::axis_of(std::size_t index) const {
 
 void Printer::pin_written(Instant now, PinId pin, Level level) {
     if (pin.number >= board::kPinCount) return;
-    if (now >= next_fault_) [[unlikely]]
+    if (now >= faults_.next) [[unlikely]]
         apply_due_faults(now);
     driven_[pin.number] = level;
     const Wire wire = wires_[pin.number];
@@ -172,14 +172,14 @@ void Printer::drive(Instant now, Wire wire, double duty) {
     if (wire.role == Role::heater) {
         heaters_[wire.index].set_duty(now, duty);
     } else if (wire.role == Role::fan) {
-        fan_duty_ = duty;
-        for (Heater& heater : heaters_) heater.set_fan(now, fan_dead_ ? 0 : duty);
+        fan_.duty = duty;
+        for (Heater& heater : heaters_) heater.set_fan(now, fan_.dead ? 0 : duty);
     }
 }
 
 void Printer::pwm_written(Instant now, PinId pin, double duty) {
     if (pin.number >= board::kPinCount) return;
-    if (now >= next_fault_) apply_due_faults(now);
+    if (now >= faults_.next) apply_due_faults(now);
     drive(now, wires_[pin.number], std::clamp(duty, 0.0, 1.0));
 }
 
@@ -207,7 +207,7 @@ bool Printer::probe_closes(Instant now) {
 
 Level Printer::pin_level(Instant now, PinId pin) {
     if (pin.number >= board::kPinCount) return Level::low;
-    if (now >= next_fault_) apply_due_faults(now);
+    if (now >= faults_.next) apply_due_faults(now);
     const Wire wire = wires_[pin.number];
     if (wire.role == Role::probe) return probe_closes(now) ? Level::high : Level::low;
     if (wire.role != Role::endstop) return driven_[pin.number];
@@ -218,7 +218,7 @@ Level Printer::pin_level(Instant now, PinId pin) {
 }
 
 double Printer::sensor_celsius(Instant now, int heater) {
-    if (now >= next_fault_) apply_due_faults(now);
+    if (now >= faults_.next) apply_due_faults(now);
     Heater& block = heaters_[heater];
     block.advance(now);
     return block.sensor_celsius();
@@ -242,7 +242,7 @@ double Printer::sensor_volts(Instant now, int channel) {
 
 Result<void> Printer::i2c_transfer(Instant now, board::I2cBus bus, board::I2cAddress address,
                                    std::span<const std::uint8_t> out, std::span<std::uint8_t> in) {
-    if (now >= next_fault_) apply_due_faults(now);
+    if (now >= faults_.next) apply_due_faults(now);
     const bool wired = machine_.i2c_bus < 0 || machine_.i2c_bus == bus.number;
     if (!wired || address.value != machine_.adc_address || bus_silent_)
         return make_error(ErrorCode::timed_out,
@@ -275,25 +275,25 @@ PrinterState Printer::state(Instant now) {
         state.heater_duty[heater] = heaters_[heater].duty();
         state.heater_off_since[heater] = heaters_[heater].off_since();
     }
-    state.fan_duty = fan_duty_;
+    state.fan_duty = fan_.duty;
     state.conversions = conversions_;
     return state;
 }
 
 void Printer::inject(const Fault& fault) {
-    pending_faults_.push_back(fault);
-    std::ranges::stable_sort(pending_faults_, std::ranges::greater{}, &Fault::at);
-    next_fault_ = pending_faults_.back().at;
+    faults_.pending.push_back(fault);
+    std::ranges::stable_sort(faults_.pending, std::ranges::greater{}, &Fault::at);
+    faults_.next = faults_.pending.back().at;
 }
 
 void Printer::apply_due_faults(Instant now) {
-    while (!pending_faults_.empty() && pending_faults_.back().at <= now) {
-        const Fault fault = pending_faults_.back();
-        pending_faults_.pop_back();
+    while (!faults_.pending.empty() && faults_.pending.back().at <= now) {
+        const Fault fault = faults_.pending.back();
+        faults_.pending.pop_back();
         for (Heater& heater : heaters_) heater.advance(fault.at);
         apply(fault);
     }
-    next_fault_ = pending_faults_.empty() ? kForever : pending_faults_.back().at;
+    faults_.next = faults_.pending.empty() ? kForever : faults_.pending.back().at;
 }
 
 void Printer::apply(const Fault& fault) {
@@ -306,7 +306,7 @@ void Printer::apply(const Fault& fault) {
             sensors_[which] = {fault.kind, heaters_[which].sensor_celsius(), fault.at};
             return;
         case FaultKind::fan_dead:
-            fan_dead_ = true;
+            fan_.dead = true;
             for (Heater& heater : heaters_) heater.set_fan(fault.at, 0);
             return;
         case FaultKind::heater_disconnected:
@@ -336,11 +336,11 @@ void Printer::clear_faults(Instant now) {
     }
     sensors_.fill({});
     switches_.fill({});
-    bus_silent_ = fan_dead_ = false;
-    for (Heater& heater : heaters_) heater.set_fan(now, fan_duty_);
+    bus_silent_ = fan_.dead = false;
+    for (Heater& heater : heaters_) heater.set_fan(now, fan_.duty);
     for (AxisDrive& axis : axes_) axis.set_connected(true);
-    pending_faults_.clear();
-    next_fault_ = kForever;
+    faults_.pending.clear();
+    faults_.next = kForever;
 }
 
 }  // namespace qduino::twin

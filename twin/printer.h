@@ -135,13 +135,17 @@ class Printer final : public board::Peripherals {
     device::Ads7828Chip converter_;
     bool probe_closed_ = false;
     bool bus_silent_ = false;
-    bool fan_dead_ = false;
-    double fan_duty_ = 0;
+    struct {
+        bool dead = false;
+        double duty = 0;
+    } fan_;
     double volume_per_step_mm3_;
     std::int64_t melted_to_ = 0;  // the furthest that the extruder has been
     std::uint64_t conversions_ = 0;
-    std::vector<Fault> pending_faults_;  // sorted, the earliest last
-    Instant next_fault_ = kForever;
+    struct {
+        std::vector<Fault> pending;  // sorted, the earliest last
+        Instant next = kForever;
+    } faults_;
     MotionObserver* observer_ = nullptr;
 };
 
