@@ -27,8 +27,7 @@ Connection::Connection(Service& service, Peer peer, std::function<void()> wake, 
       limits_(limits),
       reader_(limits.read),
       moment_(moment),
-      state_since_(moment.now),
-      input_at_(moment.now) {}
+      since_{moment.now, moment.now, {}} {}
 
 bool Connection::wants_input() const {
     if (peer_done_) return false;
@@ -54,8 +53,8 @@ std::string Connection::take_rest() {
 
 void Connection::receive(std::span<const char> bytes, Moment moment) {
     moment_ = moment;
-    if (state_ == State::head && reader_.idle()) state_since_ = moment.now;
-    input_at_ = moment.now;
+    if (state_ == State::head && reader_.idle()) since_.state = moment.now;
+    since_.input = moment.now;
     if (state_ == State::draining) return;  // thrown away
     body_pace_.moved(bytes.size(), moment.now);
     reader_.feed(bytes);
@@ -87,12 +86,12 @@ void Connection::drop_upload() {
 
 void Connection::check_time(Moment moment) {
     moment_ = moment;
-    const Nanoseconds in_state = moment.now - state_since_;
+    const Nanoseconds in_state = moment.now - since_.state;
     if (sending_ && send_pace_.is_too_slow(moment.now, limits_.send_gap, limits_)) stalled_ = true;
     switch (state_) {
         case State::head:
             if (reader_.idle()) {
-                if (moment.now - input_at_ > limits_.idle_time) state_ = State::closed;
+                if (moment.now - since_.input > limits_.idle_time) state_ = State::closed;
             } else if (in_state > limits_.head_time) {
                 refuse(error_response(408, "timed_out", "the request's head took too long"));
             }
@@ -102,7 +101,7 @@ void Connection::check_time(Moment moment) {
             return check_body_time(moment);
         case State::draining:
             if (in_state > (known_ ? limits_.drain_known_time : limits_.drain_time)) state_ = State::closed;
-            if (in_state > limits_.drain_time && moment.now - input_at_ > limits_.drain_time)
+            if (in_state > limits_.drain_time && moment.now - since_.input > limits_.drain_time)
                 state_ = State::closed;
             return;
         case State::replying:
@@ -116,7 +115,7 @@ void Connection::check_time(Moment moment) {
 /// A body without a proof is that of a login: small, and as urgent as a head.
 void Connection::check_body_time(Moment moment) {
     if (piece_with_disk_) return;
-    const bool login_late = !known_ && moment.now - state_since_ > limits_.head_time;
+    const bool login_late = !known_ && moment.now - since_.state > limits_.head_time;
     if (login_late || body_pace_.is_too_slow(moment.now, limits_.body_gap, limits_))
         refuse(error_response(408, "timed_out", "the body came too slowly"));
 }
@@ -134,8 +133,8 @@ void Connection::sent(Moment moment) {
     moment_ = moment;
     sending_ = false;
     if (state_ != State::answering || !outputs_.empty()) return;
-    state_since_ = moment.now;
-    input_at_ = moment.now;
+    since_.state = moment.now;
+    since_.input = moment.now;
     state_ = peer_done_ ? State::closed : State::head;
     if (peer_done_) return;
     reader_.next();
@@ -182,7 +181,7 @@ void Connection::on_head() {
     const RequestHead& head = reader_.head();
     body_.clear();
     body_pace_.begin(moment_.now);
-    state_since_ = moment_.now;
+    since_.state = moment_.now;
     client_ = service_.client_of(head, peer_);
     plan_ = service_.plan(head, client_, moment_);
     note_proof();
@@ -259,8 +258,8 @@ void Connection::piece_done(std::optional<Response> refusal) {
 }
 
 void Connection::report_progress() {
-    if (moment_.now - reported_at_ < kReportEvery) return;
-    reported_at_ = moment_.now;
+    if (moment_.now - since_.reported < kReportEvery) return;
+    since_.reported = moment_.now;
     service_.report_upload(*plan_.upload, reader_.head().content_length.value_or(0));
 }
 
@@ -286,14 +285,14 @@ void Connection::answer(Response response) {
     const bool keep_alive = reader_.head().keep_alive && !response.close && !peer_done_;
     if (plan_.proves) known_ = response.status < 300;
     outputs_.push_back(output_of(std::move(response), keep_alive));
-    state_since_ = moment_.now;
+    since_.state = moment_.now;
     state_ = keep_alive ? State::answering : State::closed;
 }
 
 void Connection::refuse(Response response) {
     outputs_.push_back(output_of(std::move(response), false));
     drop_upload();
-    state_since_ = moment_.now;
+    since_.state = moment_.now;
     // To close at once would reset the connection under a peer that still sends, and lose the
     // answer.
     state_ = peer_done_ ? State::closed : State::draining;

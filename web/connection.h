@@ -164,9 +164,11 @@ class Connection : public std::enable_shared_from_this<Connection> {
     bool sending_ = false;  // an output was taken and is not yet sent
     bool stalled_ = false;
     bool known_ = false;
-    Instant state_since_{};
-    Instant input_at_{};
-    Instant reported_at_{};
+    struct {
+        Instant state{};     // since when it is in its state
+        Instant input{};     // when bytes came last
+        Instant reported{};  // when an upload's progress was told last
+    } since_;
     Pace body_pace_;
     Pace send_pace_;
 };
