@@ -45,6 +45,10 @@ class Lan:
                 ip("-n", bridge, "link", "add", "port%d" % i, "type", "veth", "peer", "name", "eth0", "netns", space)
                 ip("-n", bridge, "link", "set", "port%d" % i, "master", "wire", "up")
                 ip("-n", space, "addr", "add", self.address[name] + "/24", "dev", "eth0")
+                # Its address of IPv6 counts at once. One that comes a second later is a change of
+                # the network, and a browser gives up the page that it is about to open.
+                if os.path.exists("/proc/sys/net/ipv6"):
+                    ip("netns", "exec", space, "sysctl", "-q", "-w", "net.ipv6.conf.eth0.accept_dad=0")
                 ip("-n", space, "link", "set", "lo", "up")
                 ip("-n", space, "link", "set", "eth0", "up")
                 ip("-n", space, "route", "add", "default", "dev", "eth0")
