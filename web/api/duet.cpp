@@ -17,7 +17,6 @@
 // Duet, Cura-DuetRRFPlugin's output device).
 #include <algorithm>
 #include <array>
-#include <charconv>
 
 #include "base/whole_number.h"
 #include "printer/link/crc32.h"
@@ -49,10 +48,9 @@ Result<std::string> name_on_card(std::string_view path) {
 /// The same with a folder as a part of the name, as uploads get it.
 Result<std::string> name_of_job(std::string_view path) {
     QDUINO_TRY_ASSIGN(const std::string name, name_on_card(path));
-    const std::size_t slash = name.rfind('/');
-    if (slash == std::string::npos) return name_in_folder("", name);
-    return name_in_folder(std::string_view{name}.substr(0, slash + 1),
-                          std::string_view{name}.substr(slash + 1));
+    const std::string_view whole{name};
+    const std::size_t file = whole.rfind('/') + 1;  // 0 where there is no folder: npos wraps
+    return name_in_folder(whole.substr(0, file), whole.substr(file));
 }
 
 // ---- the visit ----------------------------------------------------------------------------------
@@ -108,12 +106,10 @@ class DuetUpload final : public Upload {
 /// "cbf43926". Error: invalid_argument.
 Result<std::optional<std::uint32_t>> declared_crc32(const std::string& digits) {
     if (digits.empty()) return std::optional<std::uint32_t>{};
-    std::uint32_t value = 0;
-    const char* const end = digits.data() + digits.size();
-    const auto [at, failed] = std::from_chars(digits.data(), end, value, 16);
-    if (failed != std::errc{} || at != end || digits.size() > 8)
+    const auto value = whole_number<std::uint32_t>(digits, 16);
+    if (!value || digits.size() > 8)
         return make_error(ErrorCode::invalid_argument, "crc32 must be up to eight hexadecimal digits");
-    return std::optional{value};
+    return value;
 }
 
 /// The time of the sender's file comes, too. Jobs have the time at which they came.
